@@ -1,0 +1,391 @@
+#include "lsmvs/mesh/ply.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "lsmvs/util/atomic_file.h"
+#include "lsmvs/util/check.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace {
+
+constexpr const char* kRemedy = "save it again as PLY";
+
+struct TypeName {
+  const char* name;
+  PlyType type;
+};
+constexpr std::array<TypeName, 16> kTypeNames = {{{"char", PlyType::kInt8},
+                                                  {"int8", PlyType::kInt8},
+                                                  {"uchar", PlyType::kUint8},
+                                                  {"uint8", PlyType::kUint8},
+                                                  {"short", PlyType::kInt16},
+                                                  {"int16", PlyType::kInt16},
+                                                  {"ushort", PlyType::kUint16},
+                                                  {"uint16", PlyType::kUint16},
+                                                  {"int", PlyType::kInt32},
+                                                  {"int32", PlyType::kInt32},
+                                                  {"uint", PlyType::kUint32},
+                                                  {"uint32", PlyType::kUint32},
+                                                  {"float", PlyType::kFloat32},
+                                                  {"float32", PlyType::kFloat32},
+                                                  {"double", PlyType::kFloat64},
+                                                  {"float64", PlyType::kFloat64}}};
+
+size_t SizeOf(PlyType type) {
+  switch (type) {
+    case PlyType::kInt8:
+    case PlyType::kUint8:
+      return 1;
+    case PlyType::kInt16:
+    case PlyType::kUint16:
+      return 2;
+    case PlyType::kFloat64:
+      return 8;
+    default:
+      return 4;
+  }
+}
+
+template <class T>
+double Load(const char* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof value);
+  return static_cast<double>(value);
+}
+
+double Decode(PlyType type, const char* bytes) {
+  switch (type) {
+    case PlyType::kInt8:
+      return Load<int8_t>(bytes);
+    case PlyType::kUint8:
+      return Load<uint8_t>(bytes);
+    case PlyType::kInt16:
+      return Load<int16_t>(bytes);
+    case PlyType::kUint16:
+      return Load<uint16_t>(bytes);
+    case PlyType::kInt32:
+      return Load<int32_t>(bytes);
+    case PlyType::kUint32:
+      return Load<uint32_t>(bytes);
+    case PlyType::kFloat32:
+      return Load<float>(bytes);
+    case PlyType::kFloat64:
+      return Load<double>(bytes);
+  }
+  return 0;
+}
+
+}  // namespace
+
+// The bytes behind a reader, buffered, with the position for messages.
+struct PlyReader::Input {
+  enum class Format { kAscii, kLittleEndian, kBigEndian };
+
+  explicit Input(const std::string& file_path) : path(file_path), buffer(size_t{1} << 16) {
+    file.open(path, std::ios::binary);
+    if (!file) throw InputError(path, "cannot be opened", "check that it exists");
+  }
+
+  [[noreturn]] void Fail(const std::string& what) const {
+    throw InputError(path, what, kRemedy, Position());
+  }
+  uint64_t Position() const { return buffer_position + next; }
+
+  bool Refill() {
+    buffer_position += filled;
+    next = filled = 0;
+    file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    filled = static_cast<size_t>(file.gcount());
+    return filled > 0;
+  }
+
+  void ReadBytes(char* out, size_t count) {
+    while (count > 0) {
+      if (next == filled && !Refill()) Fail("ends too early");
+      const size_t part = std::min(count, filled - next);
+      std::memcpy(out, buffer.data() + next, part);
+      next += part;
+      out += part;
+      count -= part;
+    }
+  }
+
+  // A line without its end; false at the end of the file.
+  bool ReadLine(std::string* line) {
+    line->clear();
+    while (next < filled || Refill()) {
+      const char c = buffer[next++];
+      if (c == '\n') {
+        if (!line->empty() && line->back() == '\r') line->pop_back();
+        return true;
+      }
+      line->push_back(c);
+      if (line->size() > size_t{1} << 20) Fail("has a line that does not end");
+    }
+    return !line->empty();
+  }
+
+  double ReadAsciiNumber() {
+    const auto is_space = [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; };
+    while ((next < filled || Refill()) && is_space(buffer[next])) ++next;
+    char text[64];
+    size_t length = 0;
+    while ((next < filled || Refill()) && !is_space(buffer[next]) && length < sizeof text) {
+      text[length++] = buffer[next++];
+    }
+    if (length == 0) Fail("ends too early");
+    double value = 0;
+    const char* begin = text[0] == '+' ? text + 1 : text;
+    const auto [last, error] = std::from_chars(begin, text + length, value);
+    if (error != std::errc() || last != text + length) {
+      Fail("has '" + std::string(text, length) + "' where a number should be");
+    }
+    return value;
+  }
+
+  double ReadNumber(PlyType type) {
+    if (format == Format::kAscii) return ReadAsciiNumber();
+    char bytes[8];
+    const size_t size = SizeOf(type);
+    ReadBytes(bytes, size);
+    if (format == Format::kBigEndian) std::reverse(bytes, bytes + size);
+    return Decode(type, bytes);
+  }
+
+  std::string path;
+  std::ifstream file;
+  std::vector<char> buffer;
+  size_t next = 0, filled = 0;
+  uint64_t buffer_position = 0;
+  Format format = Format::kLittleEndian;
+};
+
+int PlyElement::Find(const std::string& property_name) const {
+  for (size_t p = 0; p < properties.size(); ++p) {
+    if (properties[p].name == property_name) return static_cast<int>(p);
+  }
+  return -1;
+}
+
+PlyReader::PlyReader(const std::filesystem::path& path)
+    : path_(path.string()), input_(std::make_unique<Input>(path.string())) {
+  ParseHeader();
+}
+
+PlyReader::~PlyReader() = default;
+
+const PlyElement* PlyReader::FindElement(const std::string& name) const {
+  for (const PlyElement& element : elements_) {
+    if (element.name == name) return &element;
+  }
+  return nullptr;
+}
+
+namespace {
+
+std::vector<std::string> Words(const std::string& line) {
+  std::istringstream stream(line);
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) words.push_back(word);
+  return words;
+}
+
+// Fills `property` from the words of its header line; false if they make no sense.
+bool ParseProperty(const std::vector<std::string>& words, PlyProperty* property) {
+  const auto type_of = [](const std::string& name, PlyType* type) {
+    for (const TypeName& entry : kTypeNames) {
+      if (name == entry.name) {
+        *type = entry.type;
+        return true;
+      }
+    }
+    return false;
+  };
+  property->name = words.back();
+  if (words.size() == 3) return type_of(words[1], &property->type);
+  property->is_list = true;
+  return words.size() == 5 && words[1] == "list" && type_of(words[2], &property->count_type) &&
+         type_of(words[3], &property->type);
+}
+
+bool ParseCount(const std::string& text, uint64_t* count) {
+  const auto [last, error] = std::from_chars(text.data(), text.data() + text.size(), *count);
+  return error == std::errc() && last == text.data() + text.size();
+}
+
+}  // namespace
+
+void PlyReader::ParseHeader() {
+  std::string line;
+  if (!input_->ReadLine(&line) || line != "ply") input_->Fail("is not a PLY file");
+  bool has_format = false;
+  while (true) {
+    if (!input_->ReadLine(&line)) input_->Fail("header ends too early");
+    const std::vector<std::string> words = Words(line);
+    if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
+    if (words[0] == "end_header") break;
+    if (words[0] == "format" && words.size() == 3) {
+      has_format = true;
+      if (words[1] == "ascii") {
+        input_->format = Input::Format::kAscii;
+      } else if (words[1] == "binary_big_endian") {
+        input_->format = Input::Format::kBigEndian;
+      } else if (words[1] != "binary_little_endian") {
+        input_->Fail("has the unknown format '" + words[1] + "'");
+      }
+    } else if (words[0] == "element" && words.size() == 3) {
+      PlyElement element{words[1], 0, {}};
+      if (!ParseCount(words[2], &element.count)) input_->Fail("has a bad element count");
+      elements_.push_back(element);
+    } else if (words[0] == "property" && words.size() >= 3 && !elements_.empty()) {
+      PlyProperty property;
+      if (!ParseProperty(words, &property)) input_->Fail("has the bad line '" + line + "'");
+      elements_.back().properties.push_back(property);
+    } else {
+      input_->Fail("has the bad header line '" + line.substr(0, 80) + "'");
+    }
+  }
+  if (!has_format) input_->Fail("has no format line");
+}
+
+void PlyReader::Read(const std::map<std::string, Visitor>& visitors) {
+  Row row;
+  for (const PlyElement& element : elements_) {
+    const auto visitor = visitors.find(element.name);
+    for (row.index = 0; row.index < element.count; ++row.index) {
+      row.values.clear();
+      row.first.assign(1, 0);
+      for (const PlyProperty& property : element.properties) {
+        double count = 1;
+        if (property.is_list) count = input_->ReadNumber(property.count_type);
+        if (!(count >= 0) || count > 1e6) input_->Fail("has a list of impossible length");
+        for (int i = 0; i < static_cast<int>(count); ++i) {
+          row.values.push_back(input_->ReadNumber(property.type));
+        }
+        row.first.push_back(row.values.size());
+      }
+      if (visitor != visitors.end()) visitor->second(row);
+    }
+  }
+}
+
+namespace {
+
+// Positions of three properties, or of none.
+struct Triple {
+  std::array<int, 3> position = {-1, -1, -1};
+  Triple(const PlyElement& element, const std::array<const char*, 3>& names) {
+    for (size_t k = 0; k < 3; ++k) {
+      position[k] = element.Find(names[k]);
+      if (position[k] >= 0 && element.properties[position[k]].is_list) position[k] = -1;
+    }
+  }
+  explicit operator bool() const { return *std::min_element(position.begin(), position.end()) >= 0; }
+  Eigen::Vector3d Of(const PlyReader::Row& row) const {
+    const auto value = [&](size_t k) { return row.values[row.first[position[k]]]; };
+    return {value(0), value(1), value(2)};
+  }
+};
+
+uint8_t ToByte(double value) { return static_cast<uint8_t>(std::clamp(value, 0.0, 255.0)); }
+
+void AddFan(const std::string& path, const PlyReader::Row& row, int property, TriangleMesh* mesh) {
+  const size_t begin = row.first[property], end = row.first[property + 1];
+  const double num_vertices = static_cast<double>(mesh->vertices.size());
+  for (size_t i = begin; i < end; ++i) {
+    if (!(row.values[i] >= 0 && row.values[i] < num_vertices)) {
+      throw InputError(path, fmt::format("face {} names a vertex that is not there", row.index), kRemedy);
+    }
+  }
+  const auto index = [&](size_t i) { return static_cast<int>(row.values[i]); };
+  for (size_t i = begin + 2; i < end; ++i) {
+    mesh->faces.emplace_back(index(begin), index(i - 1), index(i));
+  }
+}
+
+}  // namespace
+
+TriangleMesh ReadMeshPly(const std::filesystem::path& path, const Eigen::Vector3d& world_offset) {
+  PlyReader reader(path);
+  const PlyElement* vertex = reader.FindElement("vertex");
+  if (vertex == nullptr) throw InputError(path.string(), "has no vertices", kRemedy);
+  const Triple position(*vertex, {"x", "y", "z"}), normal(*vertex, {"nx", "ny", "nz"});
+  const Triple color(*vertex, {"red", "green", "blue"});
+  if (!position) throw InputError(path.string(), "has no x, y, z", kRemedy);
+
+  TriangleMesh mesh;
+  std::map<std::string, PlyReader::Visitor> visitors;
+  visitors["vertex"] = [&](const PlyReader::Row& row) {
+    const Eigen::Vector3d x = position.Of(row);
+    if (!x.allFinite()) {
+      throw InputError(path.string(), fmt::format("vertex {} is not finite", row.index), kRemedy);
+    }
+    mesh.vertices.push_back(x - world_offset);
+    if (normal) mesh.vertex_normals.push_back(normal.Of(row).cast<float>());
+    if (color) {
+      const Eigen::Vector3d c = color.Of(row);
+      mesh.vertex_colors.emplace_back(ToByte(c[0]), ToByte(c[1]), ToByte(c[2]));
+    }
+  };
+  if (const PlyElement* face = reader.FindElement("face"); face != nullptr) {
+    int property = face->Find("vertex_indices");
+    if (property < 0) property = face->Find("vertex_index");
+    if (face->count > 0 && (property < 0 || !face->properties[property].is_list)) {
+      throw InputError(path.string(), "has faces without vertex_indices", kRemedy);
+    }
+    visitors["face"] = [&mesh, &path, property](const PlyReader::Row& row) {
+      AddFan(path.string(), row, property, &mesh);
+    };
+  }
+  reader.Read(visitors);
+  return mesh;
+}
+
+void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh,
+                  const Eigen::Vector3d& world_offset) {
+  const bool as_double = !world_offset.isZero(0.0);
+  const bool has_normals = !mesh.vertex_normals.empty(), has_colors = !mesh.vertex_colors.empty();
+  if (has_normals) LSMVS_CHECK_EQ(mesh.vertex_normals.size(), mesh.vertices.size());
+  if (has_colors) LSMVS_CHECK_EQ(mesh.vertex_colors.size(), mesh.vertices.size());
+
+  AtomicFile file(path);
+  std::string header = "ply\nformat binary_little_endian 1.0\n";
+  header += fmt::format("element vertex {}\n", mesh.vertices.size());
+  for (const char* name : {"x", "y", "z"}) {
+    header += fmt::format("property {} {}\n", as_double ? "double" : "float", name);
+  }
+  if (has_normals) header += "property float nx\nproperty float ny\nproperty float nz\n";
+  if (has_colors) header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  header += fmt::format("element face {}\nproperty list uchar int vertex_index\nend_header\n",
+                        mesh.faces.size());
+  file.Write(header);
+  for (size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const Eigen::Vector3d x = mesh.vertices[v] + world_offset;
+    if (as_double) {
+      file.Write(x.data(), 3 * sizeof(double));
+    } else {
+      const Eigen::Vector3f x_float = x.cast<float>();
+      file.Write(x_float.data(), 3 * sizeof(float));
+    }
+    if (has_normals) file.Write(mesh.vertex_normals[v].data(), 3 * sizeof(float));
+    if (has_colors) file.Write(mesh.vertex_colors[v].data(), 3);
+  }
+  for (const Eigen::Vector3i& face : mesh.faces) {
+    file.WriteValue(uint8_t{3});
+    file.Write(face.data(), 3 * sizeof(int));
+  }
+  file.Commit();
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "lsmvs/scene/scene.h"
+#include "lsmvs/util/option_set.h"
+
+namespace lsmvs {
+
+struct ViewSelectionOptions {
+  // Neighbours kept a view, best first. More neighbours cost time in stereo and help where surfaces are occluded.
+  int max_num_neighbors = 8;
+  // Pairs that see a point under less than this angle (degrees, median over the shared points) give no depth.
+  double min_triangulation_angle_deg = 1.0;
+  // Pairs above this median angle look too different to match.
+  double max_triangulation_angle_deg = 60.0;
+  // The angle that matches best: score falls off on both sides.
+  double best_triangulation_angle_deg = 12.0;
+  // Shared sparse points below which a pair is not trusted.
+  int min_num_shared_points = 5;
+
+  void Describe(OptionSet* options);
+  bool Check(std::string* error) const { return CheckOptions(*this, error); }
+};
+
+struct Neighbor {
+  int view_idx = -1;
+  double score = 0;             // larger is better
+  double median_angle_deg = 0;  // triangulation angle over the shared points
+  int num_shared_points = 0;
+};
+
+// For each view its neighbours for stereo, best first; empty where nothing overlaps. The score of a pair is the sum over its
+// shared sparse points of angle_weight * scale_weight, with angle_weight = min(angle/best, best/angle)^1.5 and scale_weight =
+// min(gsd ratio, 1/gsd ratio), times how evenly the shared points cover the view. Without any shared points (a model without
+// tracks) the nearest views whose axes agree within 45 degrees are taken.
+// Deterministic; ties are broken by view_idx. O(sum over points of views^2).
+std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,
+                                                   const ViewSelectionOptions& options);
+
+}  // namespace lsmvs
