@@ -6,13 +6,14 @@ namespace lsmvs {
 
 // Ideal pinhole camera without distortion.
 //
-// Conventions, for the whole project: image coordinates (x, y) in pixels, x right and y down; the centre of the top-left
-// pixel is (0.5, 0.5) and the image covers [0,width] x [0,height]. Pixel (column, row) has its centre at
-// (column + 0.5, row + 0.5). In the camera frame z looks forward; "depth" is z, not the distance to the centre.
+// Conventions, for the whole project: image coordinates (x, y) in pixels, x right and y down; the
+// centre of the top-left pixel is (0.5, 0.5) and the image covers [0,width] x [0,height]. Pixel
+// (column, row) has its centre at (column + 0.5, row + 0.5). In the camera frame z looks forward;
+// "depth" is z, not the distance to the centre.
 struct PinholeCamera {
-  int width = 0, height = 0;       // pixels
-  double fx = 0, fy = 0;           // focal lengths, pixels
-  double cx = 0, cy = 0;           // principal point, pixels
+  int width = 0, height = 0;  // pixels
+  double fx = 0, fy = 0;      // focal lengths, pixels
+  double cx = 0, cy = 0;      // principal point, pixels
 
   // Image coordinates of a point in the camera frame; its z must not be 0.
   Eigen::Vector2d Project(const Eigen::Vector3d& x_in_cam) const {
@@ -29,7 +30,8 @@ struct PinholeCamera {
   Eigen::Matrix3d Matrix() const;
   // The same camera with an image of another size: both cover the same field of view exactly.
   PinholeCamera Resized(int new_width, int new_height) const;
-  // Mean focal length; one pixel covers about depth / MeanFocalLength() on a surface that faces the camera.
+  // Mean focal length; one pixel covers about depth / MeanFocalLength() on a surface that faces the
+  // camera.
   double MeanFocalLength() const { return 0.5 * (fx + fy); }
 };
 

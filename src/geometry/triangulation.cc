@@ -26,7 +26,8 @@ std::optional<Eigen::Vector3d> TriangulateRays(const std::vector<ViewingRay>& ra
     right_side += across * (ray.origin - shift);
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(normal_matrix);
-  // The smallest eigenvalue is about n * sin^2(angle) / 2: below 1e-12 the angle is under a microradian.
+  // The smallest eigenvalue is about n * sin^2(angle) / 2: below 1e-12 the angle is under a
+  // microradian.
   if (!(eigen.eigenvalues()(0) > 1e-12 * static_cast<double>(rays.size()))) return std::nullopt;
   return shift + eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *
                      eigen.eigenvectors().transpose() * right_side;

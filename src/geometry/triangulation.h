@@ -15,8 +15,8 @@ struct ViewingRay {
   Eigen::Vector3d origin, direction;
 };
 
-// Point that minimises the sum of squared distances to the rays (midpoint method for two). Empty if the rays are
-// (nearly) parallel. Needs at least two rays.
+// Point that minimises the sum of squared distances to the rays (midpoint method for two). Empty if
+// the rays are (nearly) parallel. Needs at least two rays.
 std::optional<Eigen::Vector3d> TriangulateRays(const std::vector<ViewingRay>& rays);
 
 }  // namespace lsmvs

@@ -76,7 +76,8 @@ std::shared_ptr<Raster<T>> ToRaster(const cv::Mat& image) {
 }
 
 std::shared_ptr<GrayImage> LoadGray(const ImageSource& source, const PinholeCamera& camera) {
-  // As float before reducing: 8-bit rounding of the reduced image would add noise of 0.3 grey levels.
+  // As float before reducing: 8-bit rounding of the reduced image would add noise of 0.3 grey
+  // levels.
   cv::Mat gray;
   DecodeOfSize(source.path, cv::IMREAD_GRAYSCALE, source.camera).convertTo(gray, CV_32F);
   return ToRaster<float>(ResizeTo(gray, camera));
@@ -102,8 +103,8 @@ using Key = std::tuple<int, int, Kind>;
 
 }  // namespace
 
-// Least-recently-used map from key to decoded image, with one lock an entry so that different images are decoded in
-// parallel.
+// Least-recently-used map from key to decoded image, with one lock an entry so that different
+// images are decoded in parallel.
 struct ImageStore::Cache {
   struct Entry {
     std::mutex decoding;
@@ -143,7 +144,8 @@ struct ImageStore::Cache {
 
   void Account(const Key& key, const std::shared_ptr<Entry>& entry, size_t bytes) {
     const std::lock_guard<std::mutex> lock(mutex);
-    // Dropped by another thread while it was decoded: the caller keeps the image, the store does not.
+    // Dropped by another thread while it was decoded: the caller keeps the image, the store does
+    // not.
     const auto found = entries.find(key);
     if (found == entries.end() || found->second != entry) return;
     entry->bytes = bytes;

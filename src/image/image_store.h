@@ -13,22 +13,24 @@ namespace lsmvs {
 // Where the pixels of one view come from.
 struct ImageSource {
   std::string path;
-  std::string mask_path;  // empty: no mask. An image of the same size whose pixels of value 0 are ignored
-  PinholeCamera camera;   // of the full-size image; the file must have this size
+  std::string
+      mask_path;  // empty: no mask. An image of the same size whose pixels of value 0 are ignored
+  PinholeCamera camera;  // of the full-size image; the file must have this size
 };
 
 struct ImageStoreOptions {
   // Longer side of level 0 in pixels; images that are larger are reduced. 0: full size.
   int max_image_size = 0;
-  // Bytes that decoded images may hold; the least recently used are dropped. Images in use are not counted out: a caller
-  // keeps as many as it holds pointers to.
+  // Bytes that decoded images may hold; the least recently used are dropped. Images in use are not
+  // counted out: a caller keeps as many as it holds pointers to.
   size_t budget_bytes = size_t{1} << 30;
 };
 
-// Decodes images when they are needed and keeps what fits the budget. Level l is level 0 reduced by 2^l (area averaged),
-// for l >= 0. Thread-safe; two threads that ask for the same image at once decode it once.
-// Colours are decoded as stored; grey = 0.299 R + 0.587 G + 0.114 B, in [0, 255], 4 bytes a pixel.
-// Throws InputError if a file is missing, cannot be decoded or has another size than its camera.
+// Decodes images when they are needed and keeps what fits the budget. Level l is level 0 reduced by
+// 2^l (area averaged), for l >= 0. Thread-safe; two threads that ask for the same image at once
+// decode it once. Colours are decoded as stored; grey = 0.299 R + 0.587 G + 0.114 B, in [0, 255], 4
+// bytes a pixel. Throws InputError if a file is missing, cannot be decoded or has another size than
+// its camera.
 class ImageStore {
  public:
   ImageStore(std::vector<ImageSource> sources, const ImageStoreOptions& options);
@@ -58,7 +60,8 @@ class ImageStore {
   std::unique_ptr<Cache> cache_;
 };
 
-// Width and height that a file's header declares, without decoding the pixels where the format allows. Throws InputError.
+// Width and height that a file's header declares, without decoding the pixels where the format
+// allows. Throws InputError.
 Eigen::Vector2i ReadImageSize(const std::string& path);
 
 }  // namespace lsmvs

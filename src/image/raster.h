@@ -8,7 +8,8 @@
 
 namespace lsmvs {
 
-// A dense width x height array, row by row without padding: element (column, row) is pixels[row * width + column].
+// A dense width x height array, row by row without padding: element (column, row) is pixels[row *
+// width + column].
 template <class T>
 struct Raster {
   int width = 0, height = 0;
@@ -38,9 +39,9 @@ struct Raster {
   bool empty() const { return pixels.empty(); }
 };
 
-using GrayImage = Raster<float>;              // grey values in [0, 255]
-using ByteImage = Raster<uint8_t>;            // masks: 0 = ignore
-using Color = Eigen::Matrix<uint8_t, 3, 1>;   // red, green, blue
+using GrayImage = Raster<float>;             // grey values in [0, 255]
+using ByteImage = Raster<uint8_t>;           // masks: 0 = ignore
+using Color = Eigen::Matrix<uint8_t, 3, 1>;  // red, green, blue
 using ColorImage = Raster<Color>;
 
 }  // namespace lsmvs

@@ -8,10 +8,12 @@
 
 namespace lsmvs {
 
-// Value and derivative of the bilinear interpolant at image coordinates (x, y) (centre of the first pixel at (0.5, 0.5)).
+// Value and derivative of the bilinear interpolant at image coordinates (x, y) (centre of the first
+// pixel at (0.5, 0.5)).
 struct BilinearSample {
   float value = 0;
-  Eigen::Vector2f gradient = Eigen::Vector2f::Zero();  // per pixel; exact derivative of `value` inside a cell
+  Eigen::Vector2f gradient =
+      Eigen::Vector2f::Zero();  // per pixel; exact derivative of `value` inside a cell
 };
 
 // Whether a bilinear sample at (x, y) needs no pixel outside the image.

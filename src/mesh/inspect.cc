@@ -104,14 +104,15 @@ void CountVerticesAndComponents(const TriangleMesh& mesh, MeshInspection* result
 
 void MeasureFaces(const TriangleMesh& mesh, MeshInspection* result) {
   // Relative to one vertex: the volume of a closed mesh does not depend on it, its rounding does.
-  const Eigen::Vector3d origin = mesh.vertices.empty() ? Eigen::Vector3d(0, 0, 0) : mesh.vertices[0];
+  const Eigen::Vector3d origin =
+      mesh.vertices.empty() ? Eigen::Vector3d(0, 0, 0) : mesh.vertices[0];
   for (size_t f = 0; f < mesh.faces.size(); ++f) {
     const Eigen::Vector3i& face = mesh.faces[f];
     const Eigen::Vector3d normal = FaceNormalTimesTwiceArea(mesh, f);
     result->area += 0.5 * normal.norm();
     result->volume += normal.dot(mesh.vertices[face[0]] - origin) / 6.0;
-    result->num_degenerate_faces += (face[0] == face[1] || face[1] == face[2] ||
-                                     face[2] == face[0] || normal.isZero(0.0));
+    result->num_degenerate_faces +=
+        (face[0] == face[1] || face[1] == face[2] || face[2] == face[0] || normal.isZero(0.0));
   }
 }
 

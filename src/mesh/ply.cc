@@ -291,7 +291,9 @@ struct Triple {
       if (position[k] >= 0 && element.properties[position[k]].is_list) position[k] = -1;
     }
   }
-  explicit operator bool() const { return *std::min_element(position.begin(), position.end()) >= 0; }
+  explicit operator bool() const {
+    return *std::min_element(position.begin(), position.end()) >= 0;
+  }
   Eigen::Vector3d Of(const PlyReader::Row& row) const {
     const auto value = [&](size_t k) { return row.values[row.first[position[k]]]; };
     return {value(0), value(1), value(2)};
@@ -305,7 +307,8 @@ void AddFan(const std::string& path, const PlyReader::Row& row, int property, Tr
   const double num_vertices = static_cast<double>(mesh->vertices.size());
   for (size_t i = begin; i < end; ++i) {
     if (!(row.values[i] >= 0 && row.values[i] < num_vertices)) {
-      throw InputError(path, fmt::format("face {} names a vertex that is not there", row.index), kRemedy);
+      throw InputError(path, fmt::format("face {} names a vertex that is not there", row.index),
+                       kRemedy);
     }
   }
   const auto index = [&](size_t i) { return static_cast<int>(row.values[i]); };

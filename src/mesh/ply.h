@@ -30,11 +30,13 @@ struct PlyElement {
   int Find(const std::string& property_name) const;
 };
 
-// Reads any PLY: ascii, binary little or big endian, properties of any type and in any order, elements that nobody asked
-// for. Everything that does not fit (truncated, wrong counts, unknown types) throws InputError with the path and the byte.
+// Reads any PLY: ascii, binary little or big endian, properties of any type and in any order,
+// elements that nobody asked for. Everything that does not fit (truncated, wrong counts, unknown
+// types) throws InputError with the path and the byte.
 class PlyReader {
  public:
-  // One row of an element. A scalar property p is values[first[p]]; a list's items are values[first[p] .. first[p+1]).
+  // One row of an element. A scalar property p is values[first[p]]; a list's items are
+  // values[first[p] .. first[p+1]).
   struct Row {
     uint64_t index = 0;
     std::vector<double> values;
@@ -52,7 +54,8 @@ class PlyReader {
   // Null if there is none of that name.
   const PlyElement* FindElement(const std::string& name) const;
 
-  // Reads all elements in file order and hands the rows of those that have a visitor to it. Call once.
+  // Reads all elements in file order and hands the rows of those that have a visitor to it. Call
+  // once.
   void Read(const std::map<std::string, Visitor>& visitors);
 
  private:
@@ -64,14 +67,15 @@ class PlyReader {
   std::unique_ptr<Input> input_;
 };
 
-// Reads a triangle mesh; polygons become fans, vertex colours and normals are taken if there. A file without faces gives a
-// mesh without faces. `world_offset` is subtracted from every vertex. Throws InputError (also for NaN coordinates and
-// indices out of range).
+// Reads a triangle mesh; polygons become fans, vertex colours and normals are taken if there. A
+// file without faces gives a mesh without faces. `world_offset` is subtracted from every vertex.
+// Throws InputError (also for NaN coordinates and indices out of range).
 TriangleMesh ReadMeshPly(const std::filesystem::path& path,
                          const Eigen::Vector3d& world_offset = Eigen::Vector3d::Zero());
 
-// Writes binary little-endian PLY as COLMAP does: float x y z [nx ny nz] [uchar red green blue], `list uchar int
-// vertex_index`. With a `world_offset` other than zero it is added and coordinates are written as double. Atomic.
+// Writes binary little-endian PLY as COLMAP does: float x y z [nx ny nz] [uchar red green blue],
+// `list uchar int vertex_index`. With a `world_offset` other than zero it is added and coordinates
+// are written as double. Atomic.
 void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh,
                   const Eigen::Vector3d& world_offset = Eigen::Vector3d::Zero());
 

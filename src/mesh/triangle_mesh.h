@@ -6,7 +6,8 @@
 
 namespace lsmvs {
 
-// Indexed triangles. #V vertices, #F faces; faces are counter-clockwise seen from outside (from the cameras).
+// Indexed triangles. #V vertices, #F faces; faces are counter-clockwise seen from outside (from the
+// cameras).
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;  // #V, in the world (minus Scene::world_offset)
   std::vector<Eigen::Vector3i> faces;     // #F, indices into vertices
@@ -22,8 +23,8 @@ Eigen::Vector3d FaceNormalTimesTwiceArea(const TriangleMesh& mesh, size_t face);
 // Area-weighted vertex normals of unit length; zero for vertices without (proper) faces.
 std::vector<Eigen::Vector3f> ComputeVertexNormals(const TriangleMesh& mesh);
 
-// Drops vertices that no face uses; keeps the order of the others and of the faces. Returns for each old vertex its new
-// index or -1.
+// Drops vertices that no face uses; keeps the order of the others and of the faces. Returns for
+// each old vertex its new index or -1.
 std::vector<int> RemoveUnusedVertices(TriangleMesh* mesh);
 
 }  // namespace lsmvs

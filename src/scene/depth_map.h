@@ -7,14 +7,17 @@
 
 namespace lsmvs {
 
-// Depth and normal of one view, at the centres of the pixels of some level of its image (the size says which: scale the
-// camera with PinholeCamera::Resized). On disk COLMAP's maps mean pixel corners instead: the adapter converts.
+// Depth and normal of one view, at the centres of the pixels of some level of its image (the size
+// says which: scale the camera with PinholeCamera::Resized). On disk COLMAP's maps mean pixel
+// corners instead: the adapter converts.
 struct DepthMap {
-  Raster<float> depth;             // z in the camera frame, in world units; 0 where unknown
-  Raster<Eigen::Vector3f> normal;  // camera frame, unit length, z < 0 (towards the camera); zero where unknown
+  Raster<float> depth;  // z in the camera frame, in world units; 0 where unknown
+  Raster<Eigen::Vector3f>
+      normal;  // camera frame, unit length, z < 0 (towards the camera); zero where unknown
 };
 
-// Where fusion and the geometric pass get the maps of other views from: a cache over files, or memory in tests.
+// Where fusion and the geometric pass get the maps of other views from: a cache over files, or
+// memory in tests.
 class DepthMapSource {
  public:
   virtual ~DepthMapSource() = default;

@@ -13,10 +13,12 @@
 
 namespace lsmvs {
 
-// COLMAP's sparse identifier of an image. A distinct type, so that it cannot be mistaken for a view's position.
+// COLMAP's sparse identifier of an image. A distinct type, so that it cannot be mistaken for a
+// view's position.
 enum class ImageId : uint32_t {};
 
-// One registered photo. Views are addressed by their position in Scene::views: an int named `view_idx`.
+// One registered photo. Views are addressed by their position in Scene::views: an int named
+// `view_idx`.
 struct View {
   ImageId image_id{};
   std::string name;      // COLMAP's image name: relative to images/, with sub-folders and extension
@@ -37,15 +39,17 @@ struct SparsePoint {
   std::vector<int> view_idxs;  // ascending, without duplicates
 };
 
-// Photos with known cameras. The "world" in memory is the world of the files minus `world_offset`: zero for ordinary
-// scenes, near the scene's middle where coordinates are so large (UTM) that a float would lose surface detail. Readers
-// subtract it, writers add it back; nothing in between needs to know.
+// Photos with known cameras. The "world" in memory is the world of the files minus `world_offset`:
+// zero for ordinary scenes, near the scene's middle where coordinates are so large (UTM) that a
+// float would lose surface detail. Readers subtract it, writers add it back; nothing in between
+// needs to know.
 struct Scene {
   std::vector<View> views;
   std::vector<SparsePoint> points;
   Eigen::Vector3d world_offset = Eigen::Vector3d::Zero();
   std::string image_folder;
-  std::string mask_folder;  // empty: no masks. Mask of image <name> is <mask_folder>/<name>.png, as COLMAP's
+  std::string mask_folder;  // empty: no masks. Mask of image <name> is <mask_folder>/<name>.png, as
+                            // COLMAP's
 
   int num_views() const { return static_cast<int>(views.size()); }
 };
@@ -55,13 +59,13 @@ struct DepthRange {
   double min = 0, max = 0;
 };
 
-// Per view the range that its sparse points span between the 1 % and 99 % quantile, widened by `margin` (0.25 = a quarter
-// of the near and far value). Views that see fewer than 10 points take the range of all points before the camera.
-// {0, 0} where nothing is known.
+// Per view the range that its sparse points span between the 1 % and 99 % quantile, widened by
+// `margin` (0.25 = a quarter of the near and far value). Views that see fewer than 10 points take
+// the range of all points before the camera. {0, 0} where nothing is known.
 std::vector<DepthRange> EstimateDepthRanges(const Scene& scene, double margin = 0.25);
 
-// The scene's own unit: the median over the sparse points and their views of depth / focal length at full resolution: how
-// much surface one pixel covers. 0 without points.
+// The scene's own unit: the median over the sparse points and their views of depth / focal length
+// at full resolution: how much surface one pixel covers. 0 without points.
 double GroundSamplingDistance(const Scene& scene);
 
 // Image store over the scene's photos and masks (a mask file that does not exist masks nothing).

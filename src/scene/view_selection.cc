@@ -13,7 +13,8 @@ namespace lsmvs {
 namespace {
 
 constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
-// Shared points are counted on a grid over the view: pairs whose overlap is a corner of the image score less.
+// Shared points are counted on a grid over the view: pairs whose overlap is a corner of the image
+// score less.
 constexpr int kCoverageCells = 8;
 constexpr double kMaxFallbackAxisAngleDeg = 45.0;
 
@@ -36,7 +37,9 @@ double AngleWeight(double angle_deg, double best_deg) {
   return std::pow(std::min(angle_deg / best_deg, best_deg / std::max(angle_deg, 1e-9)), 1.5);
 }
 
-uint64_t PairKey(int a, int b) { return (static_cast<uint64_t>(a) << 32) | static_cast<uint32_t>(b); }
+uint64_t PairKey(int a, int b) {
+  return (static_cast<uint64_t>(a) << 32) | static_cast<uint32_t>(b);
+}
 
 using PairMap = std::unordered_map<uint64_t, PairStatistics>;
 
@@ -120,9 +123,10 @@ std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,
     if (num_shared < options.min_num_shared_points) continue;
     if (angle_deg < options.min_triangulation_angle_deg) continue;
     if (angle_deg > options.max_triangulation_angle_deg) continue;
-    const double coverage = static_cast<double>(pair.cells.count()) / (kCoverageCells * kCoverageCells);
-    neighbors[key >> 32].push_back({static_cast<int>(key & 0xffffffffu), pair.score * coverage,
-                                    angle_deg, num_shared});
+    const double coverage =
+        static_cast<double>(pair.cells.count()) / (kCoverageCells * kCoverageCells);
+    neighbors[key >> 32].push_back(
+        {static_cast<int>(key & 0xffffffffu), pair.score * coverage, angle_deg, num_shared});
   }
   for (int v = 0; v < scene.num_views(); ++v) {
     if (pairs.empty()) neighbors[v] = NearestViews(scene, centers, v);

@@ -9,9 +9,11 @@
 namespace lsmvs {
 
 struct ViewSelectionOptions {
-  // Neighbours kept a view, best first. More neighbours cost time in stereo and help where surfaces are occluded.
+  // Neighbours kept a view, best first. More neighbours cost time in stereo and help where surfaces
+  // are occluded.
   int max_num_neighbors = 8;
-  // Pairs that see a point under less than this angle (degrees, median over the shared points) give no depth.
+  // Pairs that see a point under less than this angle (degrees, median over the shared points) give
+  // no depth.
   double min_triangulation_angle_deg = 1.0;
   // Pairs above this median angle look too different to match.
   double max_triangulation_angle_deg = 60.0;
@@ -31,11 +33,12 @@ struct Neighbor {
   int num_shared_points = 0;
 };
 
-// For each view its neighbours for stereo, best first; empty where nothing overlaps. The score of a pair is the sum over its
-// shared sparse points of angle_weight * scale_weight, with angle_weight = min(angle/best, best/angle)^1.5 and scale_weight =
-// min(gsd ratio, 1/gsd ratio), times how evenly the shared points cover the view. Without any shared points (a model without
-// tracks) the nearest views whose axes agree within 45 degrees are taken.
-// Deterministic; ties are broken by view_idx. O(sum over points of views^2).
+// For each view its neighbours for stereo, best first; empty where nothing overlaps. The score of a
+// pair is the sum over its shared sparse points of angle_weight * scale_weight, with angle_weight =
+// min(angle/best, best/angle)^1.5 and scale_weight = min(gsd ratio, 1/gsd ratio), times how evenly
+// the shared points cover the view. Without any shared points (a model without tracks) the nearest
+// views whose axes agree within 45 degrees are taken. Deterministic; ties are broken by view_idx.
+// O(sum over points of views^2).
 std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,
                                                    const ViewSelectionOptions& options);
 

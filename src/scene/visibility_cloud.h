@@ -10,8 +10,8 @@
 
 namespace lsmvs {
 
-// Points with the views that see each of them: what every stereo variant makes and the surface stage takes
-// (fused.ply + fused.ply.vis on disk). Structure of arrays; #P is size().
+// Points with the views that see each of them: what every stereo variant makes and the surface
+// stage takes (fused.ply + fused.ply.vis on disk). Structure of arrays; #P is size().
 struct VisibilityCloud {
   std::vector<Eigen::Vector3f> positions;  // in the world (minus Scene::world_offset)
   std::vector<Eigen::Vector3f> normals;    // unit length, towards the cameras; zero if unknown

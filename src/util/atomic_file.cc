@@ -67,8 +67,7 @@ void AtomicFile::Commit() {
     throw FileSystemError(path_.string(), "flush", errno);
   }
   const int descriptor = std::exchange(descriptor_, -1);
-  if (::close(descriptor) != 0 ||
-      ::rename(temporary_path_.c_str(), path_.c_str()) != 0) {
+  if (::close(descriptor) != 0 || ::rename(temporary_path_.c_str(), path_.c_str()) != 0) {
     const int error_number = errno;
     ::unlink(temporary_path_.c_str());
     throw FileSystemError(path_.string(), "finish the file", error_number);

@@ -8,11 +8,12 @@
 
 namespace lsmvs {
 
-// A file that appears whole or not at all: bytes go to a temporary name in the same folder; Commit() flushes them to
-// the disk and renames. Without Commit() (an exception, a cancel) the temporary file is removed and what stood at
-// `path` before stays as it was. A killed process can leave the temporary file behind: its name ends in kTemporarySuffix
-// and the next writer of the same path replaces it.
-// Every failure throws FileSystemError with the path and the system's reason.
+// A file that appears whole or not at all: bytes go to a temporary name in the same folder;
+// Commit() flushes them to the disk and renames. Without Commit() (an exception, a cancel) the
+// temporary file is removed and what stood at `path` before stays as it was. A killed process can
+// leave the temporary file behind: its name ends in kTemporarySuffix and the next writer of the
+// same path replaces it. Every failure throws FileSystemError with the path and the system's
+// reason.
 class AtomicFile {
  public:
   static constexpr std::string_view kTemporarySuffix = ".lsmvs-tmp";

@@ -20,8 +20,8 @@ enum class ExitCode : int {
   kCancelled = 130,   // Ctrl-C or SIGTERM; finished stages are kept
 };
 
-// Base of all errors that a user can cause or meet. what() is one line that names the file (if any), what is
-// wrong and what to do. `main` prints it and exits with code().
+// Base of all errors that a user can cause or meet. what() is one line that names the file (if
+// any), what is wrong and what to do. `main` prints it and exits with code().
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}

@@ -8,8 +8,8 @@
 
 namespace lsmvs {
 
-// 128-bit content hash (XXH3) built up piece by piece; not cryptographic. The same bytes give the same hash on
-// every machine and however they are cut into pieces.
+// 128-bit content hash (XXH3) built up piece by piece; not cryptographic. The same bytes give the
+// same hash on every machine and however they are cut into pieces.
 class Hasher {
  public:
   Hasher();

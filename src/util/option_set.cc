@@ -149,8 +149,8 @@ void OptionSet::AddChoice(const std::string& name, const std::string& help,
     for (size_t i = 0; i < choices.size(); ++i) {
       if (choices[i] == text) return set(i);
     }
-    throw UsageError(fmt::format("--{} is '{}', but must be one of {}", name, text,
-                                 fmt::join(choices, ", ")));
+    throw UsageError(
+        fmt::format("--{} is '{}', but must be one of {}", name, text, fmt::join(choices, ", ")));
   };
   entry.violation = [=] {
     return get() < choices.size() ? std::string()

@@ -16,8 +16,9 @@ struct Range {
   T max = std::numeric_limits<T>::max();
 };
 
-// Describes the fields of option structs: the one source of command-line flags, --help, ini keys, bound checks and of
-// the text that a stage's options are hashed from. Holds pointers to the fields: it must not outlive the struct.
+// Describes the fields of option structs: the one source of command-line flags, --help, ini keys,
+// bound checks and of the text that a stage's options are hashed from. Holds pointers to the
+// fields: it must not outlive the struct.
 //
 // A struct of options is plain data with defaults and has
 //   void Describe(OptionSet* options);   // one Add a field, named "Group.field" as COLMAP would
@@ -68,7 +69,8 @@ class OptionSet {
   const Entry* Find(const std::string& name) const;
   // Checks every bound; the message names field, value and bound.
   bool Check(std::string* error) const;
-  // "name=value" lines, in the order of description: what two runs compare to see if options changed.
+  // "name=value" lines, in the order of description: what two runs compare to see if options
+  // changed.
   std::string ToText() const;
 
  private:

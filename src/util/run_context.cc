@@ -18,7 +18,8 @@ struct RunContext::Arena {
   explicit Arena(int num_threads)
       // By default TBB never starts more workers than there are cores, whatever an arena asks for.
       : limit(tbb::global_control::max_allowed_parallelism,
-              static_cast<size_t>(std::max<int>(num_threads, static_cast<int>(std::thread::hardware_concurrency())))),
+              static_cast<size_t>(std::max<int>(
+                  num_threads, static_cast<int>(std::thread::hardware_concurrency())))),
         arena(num_threads) {}
   tbb::global_control limit;
   tbb::task_arena arena;

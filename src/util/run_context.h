@@ -16,8 +16,8 @@ class ProgressSink {
   virtual void Report(double fraction) = 0;
 };
 
-// What an algorithm needs to know of its surroundings. Passed last, by const reference; cheap to copy.
-// Results never depend on num_threads.
+// What an algorithm needs to know of its surroundings. Passed last, by const reference; cheap to
+// copy. Results never depend on num_threads.
 class RunContext {
  public:
   // All cores, no cancel, no progress, most of the free memory, seed 0.
@@ -54,10 +54,11 @@ class RunContext {
   std::shared_ptr<Arena> arena_;
 };
 
-// Calls body(begin, end) on the blocks [0,block), [block,2*block), ... of [0,count), in parallel and in any order.
-// The blocks do not depend on the number of threads, so that a caller who keeps one partial result a block and adds them
-// up in block order gets the same bytes for any number of threads. Polls for cancel between blocks (throws
-// CancelledError); rethrows the first exception of a body. `block` >= 1.
+// Calls body(begin, end) on the blocks [0,block), [block,2*block), ... of [0,count), in parallel
+// and in any order. The blocks do not depend on the number of threads, so that a caller who keeps
+// one partial result a block and adds them up in block order gets the same bytes for any number of
+// threads. Polls for cancel between blocks (throws CancelledError); rethrows the first exception of
+// a body. `block` >= 1.
 void ParallelBlocks(const RunContext& context, size_t count, size_t block,
                     const std::function<void(size_t begin, size_t end)>& body);
 

@@ -20,7 +20,8 @@ std::filesystem::path ProgramFolder() { return std::filesystem::path(LSMVS_BINAR
 std::string MissingScene(const std::string& scene) {
   const std::filesystem::path folder = WantedFolder() / scene;
   if (std::filesystem::is_directory(folder)) return "";
-  return "scene " + scene + " is not at " + folder.string() + "; set LSMVS_DATA_DIR to run this test";
+  return "scene " + scene + " is not at " + folder.string() +
+         "; set LSMVS_DATA_DIR to run this test";
 }
 
 }  // namespace lsmvs

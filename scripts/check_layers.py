@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""Checks that every folder includes only what its layer may use.
+
+The table says for each module which others it may include; "util" may be used by all. Also: heavy third-party headers
+stay out of our headers, so that a change of library touches one .cc file. Prints each offence as file:line and exits
+with 1 if there is one.
+"""
+
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+STAGES = {"stereo", "surface", "refinement"}
+ALGORITHMS = STAGES | {"partition", "merging", "evaluation"}
+DATA = {"geometry", "image", "scene", "mesh"}
+
+MAY_USE = {
+    "util": set(),
+    "geometry": set(),
+    "image": {"geometry"},
+    "scene": {"geometry", "image"},
+    "mesh": {"geometry"},
+    "stereo": {"scene", "image", "geometry"},
+    "surface": {"scene", "mesh", "image", "geometry"},
+    "refinement": {"scene", "mesh", "image", "geometry"},
+    "partition": {"scene", "mesh", "image", "geometry"},
+    "merging": {"mesh", "partition", "geometry"},
+    "evaluation": {"scene", "mesh", "image", "geometry"},
+    "execution": set(),
+    "pipeline": ALGORITHMS | DATA | {"execution"},
+    "report": {"evaluation", "mesh", "geometry"},
+    "colmap_adapter": DATA,
+    "cli": ALGORITHMS | DATA | {"execution", "pipeline", "report", "colmap_adapter"},
+}
+
+# Third-party headers that only .cc files may include.
+HEAVY = re.compile(r'#include [<"](CGAL|boost|embree3|sqlite3|nlohmann|CLI|ceres|tbb|opencv2|glog|hwy)[/.]')
+HEAVY_ALLOWED = {"opencv2": {"image", "stereo"}, "hwy": {"stereo", "refinement", "image"}}
+OURS = re.compile(r'#include "lsmvs/([a-z_]+)/')
+
+
+def module_folders():
+    yield "colmap_adapter", ROOT / "colmap_adapter"
+    for folder in sorted((ROOT / "src").iterdir()):
+        if folder.is_dir():
+            yield folder.name, folder
+
+
+def offences_in(module, path):
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        used = OURS.match(line)
+        if used and used[1] not in MAY_USE[module] | {module, "util"}:
+            yield number, f"{module} may not include {used[1]}"
+        heavy = HEAVY.match(line)
+        if heavy and path.suffix == ".h" and module not in HEAVY_ALLOWED.get(heavy[1], set()):
+            yield number, f"{heavy[1]} belongs into a .cc file"
+        if re.match(r'#include "(?!lsmvs/)', line):
+            yield number, 'include our headers as "lsmvs/<module>/<file>.h"'
+
+
+def main():
+    count = 0
+    for module, folder in module_folders():
+        if module not in MAY_USE:
+            print(f"{folder}: unknown module {module}; add it to the table in {__file__}")
+            count += 1
+            continue
+        for path in sorted(folder.rglob("*")):
+            if path.suffix not in (".h", ".cc"):
+                continue
+            for number, message in offences_in(module, path):
+                print(f"{path.relative_to(ROOT)}:{number}: {message}")
+                count += 1
+    print(f"layers: {count} offence(s)")
+    return 1 if count else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
