@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lsmvs/evaluation/depth_errors.h"
+#include "lsmvs/evaluation/photometric_score.h"
+#include "lsmvs/evaluation/surface_evaluator.h"
+#include "lsmvs/mesh/inspect.h"
+
+namespace lsmvs {
+
+// All that was measured on one mesh or cloud.
+struct MeshFigures {
+  std::string name;
+  std::optional<MeshInspection> inspection;  // of meshes
+  std::optional<SurfaceEvaluation> surface;  // with a truth
+  std::optional<DepthErrors> depth_errors;   // with a truth and views
+  std::optional<PhotometricScore> photometric;
+};
+
+// One JSON object, indented; distances in world units and, where a GSD is known, in GSD. Keys are
+// stable: scripts read them.
+std::string ToJson(const MeshFigures& figures);
+// Tables for people.
+std::string ToTable(const MeshFigures& figures);
+
+}  // namespace lsmvs

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "lsmvs/evaluation/mesh_tracer.h"
+#include "lsmvs/geometry/camera.h"
+#include "lsmvs/geometry/rigid3.h"
+#include "lsmvs/image/raster.h"
+#include "lsmvs/mesh/triangle_mesh.h"
+#include "lsmvs/util/option_set.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+enum class RenderStyle {
+  kShaded,   // clay under soft light with ambient occlusion
+  kColor,    // vertex colours as they are (clay where there are none)
+  kLit,      // vertex colours under the soft light
+  kNormals,  // normals in the camera frame as colours
+  kDepth,    // near light, far dark
+};
+
+struct RenderOptions {
+  RenderStyle style = RenderStyle::kShaded;
+  // Rays a pixel are the square of this.
+  int antialiasing = 3;
+  // Rays for ambient occlusion a primary ray; 0 switches it off.
+  int num_occlusion_rays = 6;
+  // Radius of the ambient occlusion as a share of the mesh's diagonal.
+  double occlusion_radius = 0.05;
+  // Interpolates normals over the faces; false shows the facets.
+  bool smooth = false;
+  // Grey level of the background; it is a little darker at the bottom. White is 255.
+  int background = 245;
+
+  void Describe(OptionSet* options);
+  bool Check(std::string* error) const { return CheckOptions(*this, error); }
+};
+
+// A camera with its pose.
+struct Viewpoint {
+  PinholeCamera camera;
+  Rigid3 cam_from_world;
+};
+
+// A viewpoint on a circle around the mesh that holds all of it. `azimuth_deg` turns about `up`
+// (unit length), `elevation_deg` lifts the camera over the horizon; `distance_factor` below 1 comes
+// nearer than what shows all.
+Viewpoint TurntableViewpoint(const TriangleMesh& mesh, const Eigen::Vector3d& up,
+                             double azimuth_deg, double elevation_deg, int width, int height,
+                             double distance_factor = 1.0);
+
+// Renders a mesh as seen from a viewpoint; the image has the camera's size. Faces are seen from
+// both sides. `tracer` is that of `mesh`. Deterministic for any number of threads. O(pixels *
+// antialiasing^2 * (1 + occlusion rays) * log F).
+ColorImage RenderMesh(const TriangleMesh& mesh, const MeshTracer& tracer,
+                      const Viewpoint& viewpoint, const RenderOptions& options,
+                      const RunContext& context);
+
+}  // namespace lsmvs
