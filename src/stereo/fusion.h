@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lsmvs/image/image_store.h"
+#include "lsmvs/scene/depth_map.h"
+#include "lsmvs/scene/scene.h"
+#include "lsmvs/scene/view_selection.h"
+#include "lsmvs/scene/visibility_cloud.h"
+#include "lsmvs/util/cost_estimate.h"
+#include "lsmvs/util/option_set.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+struct FusionOptions {
+  // Views (the reference included) that must agree on a point.
+  int min_num_pixels = 3;
+  // Views that are averaged into one point at most.
+  int max_num_pixels = 10000;
+  // Pixels between a pixel and the point it joins, seen forth and back.
+  double max_reproj_error = 2.0;
+  // Relative difference of depth within which a pixel joins a point.
+  double max_depth_error = 0.01;
+  // Degrees between normals within which a pixel joins a point.
+  double max_normal_error = 10.0;
+  // Views checked a reference view, nearest first.
+  int check_num_images = 50;
+  // Points outside are dropped. In the world of the files (Scene::world_offset is handled). Empty:
+  // no limit.
+  Eigen::AlignedBox3d bounding_box;
+
+  void Describe(OptionSet* options);
+  bool Check(std::string* error) const { return CheckOptions(*this, error); }
+};
+
+// Depth maps -> points with the views that see them.
+//
+// Views are taken in order; each pixel that no earlier point covers becomes a reference. Its point
+// is projected into the neighbouring views; a view agrees when the depth and normal of its map
+// there fit (errors above). Each agreeing map gives its own depth along the reference's ray (the
+// intersection with its plane); the point lies at the weighted median-centred mean of those depths:
+// no lateral shift. Normals and colours are averaged. The agreeing views are the point's views, and
+// their pixels are covered. Masked pixels neither start nor join a point.
+//   neighbors  as for the depth maps, one list a view; lists are made symmetric inside
+// Deterministic for any number of threads: pixels of a view are independent, coverage is updated
+// after each view. Memory: the cloud, one bit a pixel of every view, and the maps and colour images
+// of one reference and one neighbour at a time plus what the caches hold. O(pixels x neighbours).
+VisibilityCloud FuseDepthMaps(const Scene& scene, const ImageStore& images,
+                              const std::vector<std::vector<Neighbor>>& neighbors,
+                              const DepthMapSource& maps, const FusionOptions& options,
+                              const RunContext& context);
+
+CostEstimate EstimateFusionCost(const Scene& scene, const ImageStore& images,
+                                const FusionOptions& options);
+
+}  // namespace lsmvs
