@@ -1,0 +1,63 @@
+#include <algorithm>
+
+#include "lsmvs/surface/visibility_mesher.h"
+
+namespace lsmvs {
+
+void VisibilityMesherOptions::Describe(OptionSet* options) {
+  const std::string group = "VisibilityMeshing.";
+  options->Add(
+      group + "max_proj_dist", &max_proj_dist,
+      "Points closer than this (pixels) in their views become one vertex; raising it gives a "
+      "smaller, smoother mesh",
+      {0, 1000});
+  options->Add(group + "max_depth_dist", &max_depth_dist,
+               "Points merge only if their depths differ by less than this fraction", {0, 1});
+  options->Add(
+      group + "visibility_sigma", &visibility_sigma,
+      "A point seen by n views counts 1 - exp(-n^2 / (2 sigma^2)); raising it trusts points "
+      "with few views less",
+      {0.01, 100});
+  options->Add(group + "distance_sigma_factor", &distance_sigma_factor,
+               "Uncertainty of a vertex along its rays, in lengths of the edges around it; raising "
+               "it smooths",
+               {0.01, 100});
+  options->Add(group + "sink_distance_factor", &sink_distance_factor,
+               "How far behind a vertex the inside is supported, in units of its uncertainty",
+               {0, 10});
+  options->Add(group + "quality_regularization", &quality_regularization,
+               "Weight of the shape of facets; raising it gives smoother surfaces and less detail",
+               {0, 1e4});
+  options->Add(
+      group + "max_side_length_factor", &max_side_length_factor,
+      "Facets with an edge longer than this times the usual edge length are dropped; 0 keeps "
+      "all",
+      {0, 1e6});
+  options->Add(group + "max_side_length_percentile", &max_side_length_percentile,
+               "Percentile of the longest facet edges that is the usual edge length", {0, 100});
+  options->Add(group + "weak_surface_boost", &weak_surface_boost,
+               "Boost of weakly supported surfaces, for sparse clouds; 0 is off", {0, 1e4});
+  options->Add(group + "min_component_fraction", &min_component_fraction,
+               "Components with less than this fraction of the largest one's faces are dropped",
+               {0, 1});
+  options->Add(group + "min_component_faces", &min_component_faces,
+               "Components with fewer faces are dropped", {0, std::numeric_limits<int>::max()});
+  options->Add(group + "max_hole_edges", &max_hole_edges,
+               "Holes with at most this many edges are closed; 0 closes none", {0, 100000});
+  options->Add(group + "smoothing_iterations", &smoothing_iterations,
+               "Steps of volume-preserving smoothing after the cut; 0 is off", {0, 1000});
+}
+
+CostEstimate EstimateVisibilityMesherCost(size_t num_points, size_t num_view_entries,
+                                          const VisibilityMesherOptions& options) {
+  (void)options;
+  const double points = static_cast<double>(num_points);
+  const double vertices = 0.34 * points;
+  CostEstimate estimate;
+  estimate.cpu_seconds =
+      1e-6 * points + 12e-6 * vertices + 1e-6 * static_cast<double>(num_view_entries);
+  estimate.peak_bytes = static_cast<size_t>(16 * points + 700 * vertices);
+  return estimate;
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lsmvs/mesh/triangle_mesh.h"
+#include "lsmvs/scene/scene.h"
+#include "lsmvs/scene/visibility_cloud.h"
+#include "lsmvs/util/cost_estimate.h"
+#include "lsmvs/util/option_set.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+// Names and meanings are those of COLMAP's DelaunayMeshing.* where it has the same thing.
+struct VisibilityMesherOptions {
+  // Points closer than this in their views become one vertex that keeps all their views. Pixels; 0
+  // merges exact duplicates only. Raising it makes a smaller, smoother mesh faster.
+  double max_proj_dist = 2.0;
+  // Points merge only if their depths differ by less than this fraction. Raising it merges more
+  // along the viewing rays.
+  double max_depth_dist = 0.01;
+  // A point seen by n views counts 1 - exp(-n^2 / (2 visibility_sigma^2)): raising it trusts points
+  // with few views less.
+  double visibility_sigma = 3.0;
+  // Uncertainty of a vertex along its rays, in units of the lengths of the edges around it. Raising
+  // it smooths and closes over noise, but rounds detail and thin parts off.
+  double distance_sigma_factor = 1.0;
+  // How far behind a vertex, in units of its sigma, the inside is supported. Raising it thickens
+  // thin parts.
+  double sink_distance_factor = 1.0;
+  // Weight of the shape of facets against one seen point. Raising it gives smoother surfaces and
+  // less detail.
+  double quality_regularization = 1.0;
+  // Facets with an edge longer than this times the local and the global edge length (the percentile
+  // below) span what nobody measured and are dropped. 0 keeps all.
+  double max_side_length_factor = 4.0;
+  // Percentile of the surface's longest facet edges that counts as its edge length.
+  double max_side_length_percentile = 50.0;
+  // Boost of the inside behind vertices where the support for free space jumps (Jancosek and
+  // Pajdla). 0 is off. For sparse clouds; on dense ones it invents surface.
+  double weak_surface_boost = 0.0;
+  // Components with less than this fraction of the largest one's faces, or with fewer faces than
+  // min_component_faces, are dropped unless they carry at least as much support per vertex as the
+  // largest.
+  double min_component_fraction = 0.002;
+  int min_component_faces = 50;
+  // Holes with at most this many edges are closed. 0 closes none.
+  int max_hole_edges = 40;
+  // Steps of volume-preserving smoothing after the cut. 0 returns the vertices where they were
+  // measured.
+  int smoothing_iterations = 2;
+
+  // "VisibilityMeshing.<field>".
+  void Describe(OptionSet* options);
+  bool Check(std::string* error) const { return CheckOptions(*this, error); }
+};
+
+enum class VisibilityMesherStatus {
+  kSuccess,
+  kNoPoints,    // no finite point that a view sees; the mesh is empty
+  kDegenerate,  // fewer than four vertices after merging, or all in one plane; the mesh is empty
+  kEmptyCut,    // the visibility supports no surface; the mesh is empty
+};
+
+struct VisibilityMesherCounters {
+  size_t num_points = 0;          // in the cloud
+  size_t num_ignored_points = 0;  // not finite, without views, or behind all of their views
+  size_t num_vertices = 0;        // of the tetrahedralisation, after merging
+  size_t num_cells = 0;           // tetrahedra, those at infinity included
+  size_t num_rays = 0;            // (vertex, view) pairs
+  size_t num_crossings = 0;       // facets crossed by all rays
+  size_t num_lost_rays = 0;       // that reached neither camera nor hull: 0
+  size_t num_empty_cells = 0;     // on the cameras' side of the cut
+  size_t num_cut_facets = 0;      // of the cut, before cleaning
+  size_t num_dropped_facets = 0;  // too long
+  size_t num_split_vertices = 0;  // copies made so that the surface is manifold
+  size_t num_components = 0;      // of the result
+  size_t num_dropped_components = 0, num_dropped_component_faces = 0;
+  size_t num_closed_holes = 0;
+  double cut_value = 0;  // in units of one fully trusted ray
+};
+
+struct VisibilityMesherResult {
+  TriangleMesh mesh;  // with colours and normals
+  // Views that see vertex v of the mesh: view_idxs[view_begin[v] .. view_begin[v+1]), ascending.
+  // Empty for vertices that closing a hole added.
+  std::vector<uint64_t> view_begin = {0};
+  std::vector<uint32_t> view_idxs;
+  VisibilityMesherStatus status = VisibilityMesherStatus::kSuccess;
+  std::string message;  // one line: what was made, or why nothing
+  VisibilityMesherCounters counters;
+  std::vector<std::pair<std::string, double>> seconds;  // wall time of each phase, in order
+  size_t predicted_peak_bytes = 0;  // of EstimateVisibilityMesherCost, for what was found
+  size_t measured_peak_bytes = 0;   // growth of this process while meshing
+};
+
+// The surface that is consistent with what each view saw: Delaunay tetrahedralisation of the merged
+// points, tetrahedra labelled empty or full by a minimum s-t cut, surface = facets between empty
+// and full.
+//   P. Labatut, J.-P. Pons, R. Keriven: Robust and efficient surface reconstruction from range
+//   data, CGF 28(8), 2009. H.-H. Vu, P. Labatut, J.-P. Pons, R. Keriven: High accuracy and
+//   visibility-consistent dense multiview stereo, PAMI 34(5), 2012.
+// Deviations: points that merge give their views, and their weight, to the vertex, which lies at
+// their mean; the uncertainty sigma is each vertex' own, from the edges around it; weights are
+// fixed-point integers, so that the cut is exact.
+//
+// The mesh: faces counter-clockwise seen from the cameras; manifold (vertices are split, no face is
+// dropped for that); without self-intersection when smoothing_iterations and max_hole_edges are 0;
+// closed except at the hull of the points and where facets were too long. Same bytes for any number
+// of threads; independent of the scene's unit, position and orientation up to the rounding of the
+// float input.
+//
+// Throws UsageError for options out of range, MemoryError if the estimate exceeds
+// context.memory_budget_bytes, CancelledError. Nothing to mesh is a status, not an error. Memory
+// about 0.7 kB a vertex at the peak, beside the cloud; time about O(n log n), see
+// EstimateVisibilityMesherCost.
+VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, const VisibilityCloud& cloud,
+                                           const VisibilityMesherOptions& options,
+                                           const RunContext& context);
+
+// For a cloud of `num_points` with `num_view_entries` (point, view) pairs: an upper estimate, as if
+// the share of points that merge were that of a typical dense cloud (two in three at the default
+// max_proj_dist).
+CostEstimate EstimateVisibilityMesherCost(size_t num_points, size_t num_view_entries,
+                                          const VisibilityMesherOptions& options);
+
+}  // namespace lsmvs
