@@ -1,0 +1,149 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lsmvs/image/image_store.h"
+#include "lsmvs/mesh/triangle_mesh.h"
+#include "lsmvs/scene/scene.h"
+#include "lsmvs/util/cost_estimate.h"
+#include "lsmvs/util/option_set.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+enum class LaplacianWeights {
+  kUniform,    // every neighbour counts the same: robust on irregular triangles
+  kCotangent,  // neighbours count by the cotangents of the opposite angles, clamped to positive
+};
+
+enum class RefinementOptimizer {
+  kGaussNewton,  // damped Gauss-Newton steps, the smoothness solved implicitly
+  kLbfgs,        // Ceres' line search on the same energy, for comparison
+};
+
+struct MeshRefinerOptions {
+  // Pyramid levels, coarse to fine: 3 starts at a quarter of the resolution. More levels pull in
+  // vertices that are further from the surface. Levels whose images would be smaller than 64 pixels
+  // are left out.
+  int num_levels = 3;
+  // Steps a level at most; a level ends earlier when its regions have converged.
+  int max_num_iterations = 8;
+  // Half side of the correlation window in pixels: 3 is 7 x 7. Larger is more stable and smoother.
+  int window_radius = 3;
+  // Neighbours that a view may be compared with.
+  int max_num_neighbors = 6;
+  // Ordered pairs of views that judge one facet: the best by parallax, resolution and grazing
+  // angle. Time grows with it.
+  int max_pairs_per_face = 6;
+  // Triangulation angles (degrees) at which a pair says something about a facet.
+  double min_triangulation_angle_deg = 2.0;
+  double max_triangulation_angle_deg = 50.0;
+  // Weight of the thin plate, the integral of the squared Laplacian with lengths in pixels, against
+  // the sum of 1 - ZNCC over pixels. Raising it smooths; it depends neither on the unit of the
+  // scene nor on the size of the facets.
+  double smoothness = 1.0;
+  // Weight of the membrane (length in pixels) relative to the thin plate. Raising it shrinks thin
+  // parts.
+  double membrane = 0.0;
+  LaplacianWeights laplacian = LaplacianWeights::kUniform;
+  // Standard deviation in grey levels that is added to that of every window: windows flatter than
+  // this count little.
+  double noise_gray_levels = 2.0;
+  // A point is hidden in the other view if the surface there is nearer by more than this part of
+  // its depth.
+  double depth_tolerance = 0.01;
+  // Longest step of a vertex in one iteration, in pixels of the level.
+  double max_step_px = 1.0;
+  // A level ends when a step lowers the energy by less than this part of it.
+  double min_relative_gain = 0.002;
+  // Facets are split while the best pair of views sees more than this many square pixels (the
+  // smaller of the pair's two areas). 0: the facets stay as they are.
+  double max_face_area_px = 16.0;
+  // Flip, collapse and relax so that the triangles stay regular.
+  bool improve_mesh = true;
+  // Regions whose photometric score is worse than at the start return to their input.
+  bool guard = true;
+  // Every n-th view takes no part in the refinement, only in the guard. 0: all take part.
+  int hold_out_every = 0;
+  RefinementOptimizer optimizer = RefinementOptimizer::kGaussNewton;
+  bool color_vertices = true;
+
+  void Describe(OptionSet* options);
+  bool Check(std::string* error) const { return CheckOptions(*this, error); }
+};
+
+enum class RefinementStatus {
+  kRefined,
+  kUnchanged,  // no pair of views sees the mesh: it is handed back as it is; `message` says why
+};
+
+// One pyramid level.
+struct RefinementLevelSummary {
+  int level = 0;                 // 0 = full resolution of the store
+  int num_iterations = 0;        // accepted and rejected
+  int num_rejected_regions = 0;  // summed over the iterations
+  size_t num_faces = 0;          // after adaptation to the level
+  // Mean of 1 - ZNCC over all pixels of all pairs, before the first and after the last step of the
+  // level.
+  double initial_photo_error = 0, final_photo_error = 0;
+  // After every evaluation, what is minimised: photo error summed over pixels plus smoothness.
+  std::vector<double> energies;
+  double seconds = 0;
+};
+
+struct RefinementResult {
+  TriangleMesh mesh;  // with vertex_colors if asked for; orientation as in the input
+  RefinementStatus status = RefinementStatus::kRefined;
+  std::string message;  // one line
+
+  int num_pairs = 0;          // ordered pairs of views
+  size_t num_faces_seen = 0;  // by at least one pair, of the input
+  size_t num_splits = 0, num_flips = 0, num_collapses = 0;
+  size_t num_regions = 0, num_regions_restored = 0;  // by the guard
+  // Mean of 1 - ZNCC at full resolution of the input and of the result.
+  double input_photo_error = 0, output_photo_error = 0;
+  std::vector<RefinementLevelSummary> levels;  // coarse to fine
+
+  double prepare_seconds = 0, optimize_seconds = 0, remesh_seconds = 0, guard_seconds = 0,
+         color_seconds = 0;
+};
+
+// Moves the vertices of a mesh so that photos agree through it (photometric variational
+// refinement), and adapts the triangles to what the photos resolve.
+//
+// Minimises sum over ordered pairs (i, j) of views, over the pixels of i, of 1 - ZNCC(I_i, I_j
+// reprojected into i through the surface), plus a thin-plate term. ZNCC is taken over a square
+// window, over the pixels that both views see; it does not change under gain and offset of a photo.
+// The derivative is the exact one of the sampled (bilinear) interpolant except across occlusion
+// boundaries. Each step solves (H + S) d = -g for displacements d along the vertex normals, g the
+// exact gradient, H the lumped Gauss-Newton matrix of the photo term, S that of the thin plate;
+// steps are cut at `max_step_px`, accepted or rejected region by region, and damped where they were
+// rejected.
+//
+// Input: any triangle mesh; non-manifold edges are kept and not split. Facets oriented towards the
+// cameras. Output: manifold where the input is; never worse in photo error than the input in any
+// region if `guard`. Facets that no pair sees stay where they are. Deterministic for any number of
+// threads; does not depend on the scale, rotation or translation of the scene beyond rounding.
+// Memory: 8 bytes a pixel of the views in use at a time (bounded by the context's budget) plus
+// about 400 bytes a vertex, and what the image store holds. Time: about 60 ns a pixel and pair for
+// each iteration. Throws std::logic_error for options that fail Check(), CancelledError, and what
+// the image store throws.
+//
+// J.-P. Pons, R. Keriven, O. Faugeras, "Multi-view stereo reconstruction and scene flow estimation
+// with a global image-based matching score", IJCV 72(2), 2007; H.-H. Vu, P. Labatut, J.-P. Pons, R.
+// Keriven, "High accuracy and visibility-consistent dense multiview stereo", PAMI 34(5), 2012. We
+// deviate in the optimiser (they descend the gradient), in choosing pairs per facet, and in
+// guarding the result.
+RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, const TriangleMesh& mesh,
+                            const MeshRefinerOptions& options, const RunContext& context);
+
+// From the pixels of the views, the pairs a facet and the vertices that the target facet size
+// implies.
+CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images,
+                                    size_t num_input_faces, const MeshRefinerOptions& options,
+                                    const RunContext& context);
+
+}  // namespace lsmvs

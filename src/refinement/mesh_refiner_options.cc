@@ -1,0 +1,61 @@
+#include "lsmvs/refinement/mesh_refiner.h"
+
+namespace lsmvs {
+
+void MeshRefinerOptions::Describe(OptionSet* options) {
+  options->Add("MeshRefinement.num_levels", &num_levels,
+               "Image pyramid levels, coarse to fine; more pull in vertices from further away.",
+               {1, 8});
+  options->Add("MeshRefinement.max_num_iterations", &max_num_iterations,
+               "Steps a level at most; 0 leaves the mesh where it is.", {0, 1000});
+  options->Add("MeshRefinement.window_radius", &window_radius,
+               "Half side of the correlation window in pixels; larger is more stable and smoother.",
+               {1, 7});
+  options->Add("MeshRefinement.max_num_neighbors", &max_num_neighbors,
+               "Neighbours that a view may be compared with.", {1, 64});
+  options->Add("MeshRefinement.max_pairs_per_face", &max_pairs_per_face,
+               "Ordered pairs of views that judge one facet; time grows with it.", {1, 64});
+  options->Add("MeshRefinement.min_triangulation_angle", &min_triangulation_angle_deg,
+               "Pairs that see a facet under a smaller angle (degrees) do not judge it.",
+               {0.0, 180.0});
+  options->Add("MeshRefinement.max_triangulation_angle", &max_triangulation_angle_deg,
+               "Pairs that see a facet under a larger angle (degrees) do not judge it.",
+               {0.0, 180.0});
+  options->Add("MeshRefinement.smoothness", &smoothness,
+               "Weight of the thin plate; raising it smooths, whatever the unit of the scene.",
+               {0.0, 1e6});
+  options->Add("MeshRefinement.membrane", &membrane,
+               "Weight of the membrane relative to the thin plate; raising it shrinks thin parts.",
+               {0.0, 1e3});
+  options->AddEnum(
+      "MeshRefinement.laplacian", &laplacian, "Weights of a vertex' neighbours.",
+      {{"uniform", LaplacianWeights::kUniform}, {"cotangent", LaplacianWeights::kCotangent}});
+  options->Add("MeshRefinement.noise", &noise_gray_levels,
+               "Noise of the photos in grey levels; windows flatter than this count little.",
+               {0.0, 255.0});
+  options->Add("MeshRefinement.depth_tolerance", &depth_tolerance,
+               "A point is hidden if the surface is nearer by more than this part of its depth.",
+               {1e-6, 1.0});
+  options->Add("MeshRefinement.max_step", &max_step_px,
+               "Longest step of a vertex in one iteration, pixels of the level.", {1e-3, 100.0});
+  options->Add("MeshRefinement.min_relative_gain", &min_relative_gain,
+               "A level ends when a step lowers the energy by less than this part of it.",
+               {0.0, 1.0});
+  options->Add("MeshRefinement.max_face_area", &max_face_area_px,
+               "Facets are split while the best pair of views sees more square pixels; 0: never.",
+               {0.0, 1e6});
+  options->Add("MeshRefinement.improve_mesh", &improve_mesh,
+               "Flip, collapse and relax so that the triangles stay regular.");
+  options->Add("MeshRefinement.guard", &guard,
+               "Regions whose photometric score is worse than at the start return to their input.");
+  options->Add("MeshRefinement.hold_out_every", &hold_out_every,
+               "Every n-th view takes no part in the refinement, only in the guard; 0: none.",
+               {0, 1000000});
+  options->AddEnum("MeshRefinement.optimizer", &optimizer, "How the energy is minimised.",
+                   {{"gauss_newton", RefinementOptimizer::kGaussNewton},
+                    {"lbfgs", RefinementOptimizer::kLbfgs}});
+  options->Add("MeshRefinement.color_vertices", &color_vertices,
+               "Colour the vertices from the photos.");
+}
+
+}  // namespace lsmvs
