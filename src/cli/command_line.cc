@@ -1,0 +1,163 @@
+#include "lsmvs/cli/command_line.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <set>
+
+#include "lsmvs/cli/nearest_name.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace {
+
+// COLMAP's names of what we call otherwise.
+const std::map<std::string, std::string>& Synonyms() {
+  static const std::map<std::string, std::string> synonyms = {{"random_seed", "seed"}};
+  return synonyms;
+}
+
+std::string Canonical(const std::string& name) {
+  const auto found = Synonyms().find(name);
+  return found == Synonyms().end() ? name : found->second;
+}
+
+std::vector<std::string> NamesOf(const OptionSet& options) {
+  std::vector<std::string> names = {"help", "version"};
+  for (const OptionSet::Entry& entry : options.entries()) names.push_back(entry.name);
+  return names;
+}
+
+std::string UnknownOption(const std::string& name, const OptionSet& options) {
+  const std::string nearest = NearestName(name, NamesOf(options));
+  if (nearest.empty()) return fmt::format("unknown option --{}; see --help", name);
+  return fmt::format("unknown option --{}; did you mean --{}?", name, nearest);
+}
+
+bool IsBoolText(const std::string& text) {
+  static const std::set<std::string> texts = {"0", "1", "true", "false", "yes", "no", "on", "off"};
+  return texts.contains(text);
+}
+
+// "--name value" as "--name=value", so that a value may start with '-' and a flag never swallows
+// the next argument.
+std::vector<std::string> JoinValues(const std::vector<std::string>& arguments,
+                                    const OptionSet& options) {
+  std::vector<std::string> joined;
+  for (size_t i = 0; i < arguments.size(); ++i) {
+    const std::string& argument = arguments[i];
+    const bool is_long = argument.starts_with("--") && argument.find('=') == std::string::npos;
+    const OptionSet::Entry* entry = is_long ? options.Find(Canonical(argument.substr(2))) : nullptr;
+    if (entry == nullptr) {
+      joined.push_back(argument);
+      continue;
+    }
+    const bool has_next = i + 1 < arguments.size();
+    const bool takes_next =
+        has_next && (entry->type == "BOOL" ? IsBoolText(arguments[i + 1])
+                                           : !arguments[i + 1].starts_with("--"));
+    if (takes_next) {
+      joined.push_back(argument + "=" + arguments[++i]);
+    } else {
+      joined.push_back(entry->type == "BOOL" ? argument + "=1" : argument);
+    }
+  }
+  return joined;
+}
+
+// Turns the parser's complaint into ours.
+[[noreturn]] void Complain(const CLI::ParseError& error, const CLI::App& app,
+                           const OptionSet& options) {
+  for (const std::string& extra : app.remaining()) {
+    if (!extra.starts_with("-")) {
+      throw UsageError(fmt::format("unexpected argument '{}'; see --help", extra));
+    }
+    const std::string name = extra.substr(extra.find_first_not_of('-'));
+    throw UsageError(UnknownOption(name.substr(0, name.find('=')), options));
+  }
+  throw UsageError(std::string(error.what()) + "; see --help");
+}
+
+bool HasGroup(const std::string& name) { return name.find('.') != std::string::npos; }
+
+std::set<std::string> GroupsOf(const OptionSet& options) {
+  std::set<std::string> groups;
+  for (const OptionSet::Entry& entry : options.entries()) {
+    if (HasGroup(entry.name)) groups.insert(entry.name.substr(0, entry.name.find('.')));
+  }
+  return groups;
+}
+
+// Known assignments of the ini file; sections of other commands go to `ignored`.
+std::vector<Assignment> KeepKnown(const std::vector<Assignment>& assignments,
+                                  const OptionSet& options, std::set<std::string>* ignored) {
+  const std::set<std::string> groups = GroupsOf(options);
+  std::vector<Assignment> kept;
+  for (const auto& [name, text] : assignments) {
+    const std::string group = HasGroup(name) ? name.substr(0, name.find('.')) : "";
+    if (options.Find(Canonical(name)) != nullptr) {
+      kept.emplace_back(name, text);
+    } else if (!group.empty() && !groups.contains(group)) {
+      ignored->insert(group);
+    } else {
+      throw UsageError(UnknownOption(name, options) + " (from the ini file)");
+    }
+  }
+  return kept;
+}
+
+void SetAll(const std::vector<Assignment>& assignments, const OptionSet& options, bool grouped) {
+  for (const auto& [name, text] : assignments) {
+    if (HasGroup(name) == grouped) options.Find(Canonical(name))->set(text);
+  }
+}
+
+}  // namespace
+
+CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const OptionSet& options,
+                             const std::string& positional) {
+  CommandLine line;
+  CLI::App app;
+  app.set_help_flag();
+  app.add_flag("-h,--help", line.help);
+  app.add_flag("--version", line.version);
+  for (const OptionSet::Entry& entry : options.entries()) {
+    std::string names = "--" + entry.name;
+    for (const auto& [synonym, name] : Synonyms()) {
+      if (name == entry.name) names += ",--" + synonym;
+    }
+    if (entry.name == positional) names += "," + positional;
+    app.add_option_function<std::string>(names,
+                                         [&line, name = entry.name](const std::string& text) {
+                                           line.assignments.emplace_back(name, text);
+                                         })
+        ->take_last()
+        ->expected(1);
+  }
+  std::vector<std::string> reversed = JoinValues(arguments, options);
+  std::reverse(reversed.begin(), reversed.end());
+  try {
+    app.parse(reversed);
+  } catch (const CLI::ParseError& error) {
+    if (!line.help) Complain(error, app, options);
+  }
+  return line;
+}
+
+std::vector<std::string> ApplyAssignments(const std::vector<Assignment>& ini_assignments,
+                                          const std::vector<Assignment>& line_assignments,
+                                          const OptionSet& options,
+                                          const std::function<void()>& apply_presets) {
+  std::set<std::string> ignored;
+  const std::vector<Assignment> from_ini = KeepKnown(ini_assignments, options, &ignored);
+  for (const bool grouped : {false, true}) {
+    if (grouped) apply_presets();
+    SetAll(from_ini, options, grouped);
+    SetAll(line_assignments, options, grouped);
+  }
+  return {ignored.begin(), ignored.end()};
+}
+
+}  // namespace lsmvs

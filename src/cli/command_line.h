@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "lsmvs/cli/ini_file.h"
+#include "lsmvs/util/option_set.h"
+
+namespace lsmvs {
+
+// What a user typed after the name of a command.
+struct CommandLine {
+  bool help = false;                    // -h, --help
+  bool version = false;                 // --version
+  std::vector<Assignment> assignments;  // in the order typed
+};
+
+// Parses `--name value`, `--name=value`, `--flag` (a BOOL option without value: 1) and at most one
+// argument without a name, which is taken as `positional` (the name of an option; empty: none is
+// allowed). Values are not interpreted here. Throws UsageError: an unknown option names the nearest
+// known one.
+CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const OptionSet& options,
+                             const std::string& positional);
+
+// Sets the options: those of the ini file first, then the command line's; within each, options
+// without a group, then `apply_presets`, then those with one. Ini sections that the command does
+// not have are returned for a warning; unknown keys elsewhere throw UsageError.
+std::vector<std::string> ApplyAssignments(const std::vector<Assignment>& ini_assignments,
+                                          const std::vector<Assignment>& line_assignments,
+                                          const OptionSet& options,
+                                          const std::function<void()>& apply_presets);
+
+}  // namespace lsmvs

@@ -1,0 +1,12 @@
+#include "lsmvs/cli/command_table.h"
+
+#include "lsmvs/cli/commands/commands.h"
+
+namespace lsmvs {
+
+const std::vector<CommandFactory>& CommandTable() {
+  static const std::vector<CommandFactory> table = {};
+  return table;
+}
+
+}  // namespace lsmvs

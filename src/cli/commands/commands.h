@@ -1,0 +1,9 @@
+#pragma once
+
+#include <memory>
+
+#include "lsmvs/cli/command.h"
+
+// Makers of the commands: each is defined in the file of its name in this folder.
+
+namespace lsmvs {}  // namespace lsmvs

@@ -1,0 +1,129 @@
+#include "lsmvs/cli/help_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace lsmvs {
+
+namespace {
+
+std::string GroupOf(const std::string& name) {
+  const size_t dot = name.find('.');
+  return dot == std::string::npos ? std::string() : name.substr(0, dot);
+}
+
+// Meaning, allowed values, default.
+std::string EntryText(const OptionSet::Entry& entry) {
+  std::string text = entry.help;
+  if (!entry.bounds.empty()) text += fmt::format(" Allowed: {}.", entry.bounds);
+  if (!entry.default_value.empty()) text += fmt::format(" Default: {}.", entry.default_value);
+  return text;
+}
+
+std::string EntryHelp(const OptionSet::Entry& entry, bool required) {
+  const std::string value = entry.type == "BOOL" ? "0|1" : entry.type;
+  return fmt::format("  --{} {}{}\n{}", entry.name, value, required ? "  (required)" : "",
+                     Wrap(EntryText(entry), 6));
+}
+
+std::string GroupHelp(const std::string& title, const OptionSet& options, const std::string& group,
+                      const std::vector<std::string>& required) {
+  std::string text;
+  for (const OptionSet::Entry& entry : options.entries()) {
+    if (GroupOf(entry.name) != group) continue;
+    const bool is_required =
+        std::find(required.begin(), required.end(), entry.name) != required.end();
+    text += EntryHelp(entry, is_required);
+  }
+  return text.empty() ? text : fmt::format("\n{}:\n{}", title, text);
+}
+
+std::vector<std::string> GroupsInOrder(const OptionSet& options) {
+  std::vector<std::string> groups;
+  for (const OptionSet::Entry& entry : options.entries()) {
+    const std::string group = GroupOf(entry.name);
+    if (group.empty()) continue;
+    if (std::find(groups.begin(), groups.end(), group) == groups.end()) groups.push_back(group);
+  }
+  return groups;
+}
+
+std::string Usage(const std::string& program, const CommandInfo& info) {
+  std::string line = "Usage: " + program;
+  if (!info.positional.empty()) line += " WORKSPACE";
+  for (const std::string& name : info.required) {
+    if (name != info.positional) line += fmt::format(" --{} ...", name);
+  }
+  return line + " [options]\n";
+}
+
+}  // namespace
+
+std::string Wrap(const std::string& text, size_t indent, size_t width) {
+  std::string result;
+  std::istringstream paragraphs(text);
+  std::string paragraph;
+  while (std::getline(paragraphs, paragraph)) {
+    std::istringstream words(paragraph);
+    std::string line(indent, ' '), word;
+    while (words >> word) {
+      if (line.size() > indent && line.size() + 1 + word.size() > width) {
+        result += line + "\n";
+        line.assign(indent, ' ');
+      }
+      if (line.size() > indent) line += ' ';
+      line += word;
+    }
+    result += (line.size() > indent ? line : "") + "\n";
+  }
+  return result;
+}
+
+std::string ExitCodeHelp() {
+  return "\nExit codes:\n"
+         "  0    success\n"
+         "  1    a bug in the program; please report it\n"
+         "  2    unknown option or a value out of range\n"
+         "  3    an input file is missing, corrupt or does not fit the others\n"
+         "  4    a file cannot be written: read-only, full disk, no permission\n"
+         "  5    the work does not fit into the memory\n"
+         "  6    a file that this program did not make is in the way; --overwrite replaces it\n"
+         "  7    the `colmap` executable is missing or failed\n"
+         "  130  stopped by Ctrl-C or SIGTERM; finished work is kept and the next run goes on from "
+         "there\n";
+}
+
+std::string CommandHelp(const std::string& program, const CommandInfo& info,
+                        const OptionSet& own_options, const OptionSet& common_options) {
+  std::string text = fmt::format("{}: {}\n\n{}", program, info.summary, Usage(program, info));
+  text += fmt::format("\n{}", Wrap(info.details, 0));
+  if (!info.examples.empty()) text += "\nExamples:\n";
+  for (const std::string& example : info.examples) text += fmt::format("  {}\n", example);
+  text += GroupHelp("Options", own_options, "", info.required);
+  text += GroupHelp("Common options", common_options, "", {});
+  text += "  -h, --help\n      Prints this text.\n  --version\n      Prints the version.\n";
+  for (const std::string& group : GroupsInOrder(own_options)) {
+    text += GroupHelp(group, own_options, group, {});
+  }
+  return text + ExitCodeHelp();
+}
+
+std::string OverviewHelp(const std::vector<CommandFactory>& commands) {
+  std::string text =
+      "lsmvs: dense multi-view stereo and meshing for COLMAP workspaces\n\n"
+      "Usage: lsmvs COMMAND [options]\n"
+      "       lsmvs COMMAND --help\n"
+      "       lsmvs-mesher WORKSPACE        runs every step that leads from photos to a mesh\n\n"
+      "Commands:\n";
+  for (const CommandFactory& make : commands) {
+    const CommandInfo info = make()->Info();
+    text += fmt::format("  {:<22} {}\n", info.name, info.summary);
+  }
+  return text + ExitCodeHelp();
+}
+
+std::string VersionLine() { return "lsmvs " LSMVS_VERSION; }
+
+}  // namespace lsmvs

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "lsmvs/cli/command.h"
+#include "lsmvs/cli/command_table.h"
+#include "lsmvs/util/option_set.h"
+
+namespace lsmvs {
+
+// Breaks `text` into lines of at most `width` characters, each indented by `indent` spaces; keeps
+// the line breaks that are there.
+std::string Wrap(const std::string& text, size_t indent, size_t width = 96);
+
+// `program` is what is typed before the options: "lsmvs stereo_fusion".
+std::string CommandHelp(const std::string& program, const CommandInfo& info,
+                        const OptionSet& own_options, const OptionSet& common_options);
+
+// Help of `lsmvs` itself: the list of commands.
+std::string OverviewHelp(const std::vector<CommandFactory>& commands);
+
+// "lsmvs 0.1.0".
+std::string VersionLine();
+
+// The table of exit codes, as printed by every --help.
+std::string ExitCodeHelp();
+
+}  // namespace lsmvs

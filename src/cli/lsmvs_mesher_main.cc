@@ -1,0 +1,7 @@
+#include "lsmvs/cli/commands/commands.h"
+#include "lsmvs/cli/program.h"
+
+int main(int argc, char** argv) {
+  const std::unique_ptr<lsmvs::Command> command = lsmvs::MakeMesherCommand();
+  return lsmvs::RunCommand("lsmvs-mesher", command.get(), {argv + 1, argv + argc});
+}

@@ -1,0 +1,218 @@
+#include "lsmvs/cli/command_line.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "lsmvs/cli/common_options.h"
+#include "lsmvs/cli/help_text.h"
+#include "lsmvs/cli/nearest_name.h"
+#include "lsmvs/cli/program.h"
+#include "lsmvs/test_support/temporary_folder.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+namespace {
+
+using testing::HasSubstr;
+
+struct Options {
+  std::string workspace;
+  bool overwrite = false;
+  int size = 10;
+  double error = 0.5;
+  int group_size = 1;
+
+  void Describe(OptionSet* set) {
+    set->Add("workspace_path", &workspace, "Folder.");
+    set->Add("overwrite", &overwrite, "Replace files.");
+    set->Add("max_image_size", &size, "Pixels.", {-1, 100});
+    set->Add("Group.max_error", &error, "Pixels.", {0.0, 1.0});
+    set->Add("Group.size", &group_size, "Pixels.");
+  }
+};
+
+struct Parsed {
+  Options options;
+  CommandLine line;
+};
+
+Parsed Parse(const std::vector<std::string>& arguments) {
+  Parsed parsed;
+  OptionSet set;
+  parsed.options.Describe(&set);
+  parsed.line = ParseCommandLine(arguments, set, "workspace_path");
+  ApplyAssignments({}, parsed.line.assignments, set, [&] { parsed.options.group_size = 7; });
+  return parsed;
+}
+
+std::string UsageMessage(const std::vector<std::string>& arguments) {
+  try {
+    Parse(arguments);
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(CommandLine, TakesValuesFlagsAndThePositional) {
+  const Parsed parsed =
+      Parse({"--overwrite", "folder", "--max_image_size", "-1", "--Group.max_error=0.25"});
+  EXPECT_EQ(parsed.options.workspace, "folder");
+  EXPECT_TRUE(parsed.options.overwrite);
+  EXPECT_EQ(parsed.options.size, -1);
+  EXPECT_EQ(parsed.options.error, 0.25);
+}
+
+TEST(CommandLine, FlagsTakeAnExplicitValueToo) {
+  EXPECT_FALSE(Parse({"--overwrite", "0"}).options.overwrite);
+  EXPECT_FALSE(Parse({"--overwrite=false"}).options.overwrite);
+  EXPECT_TRUE(Parse({"--overwrite", "1", "w"}).options.overwrite);
+}
+
+TEST(CommandLine, TheLastOfARepeatedOptionWins) {
+  EXPECT_EQ(Parse({"--max_image_size", "5", "--max_image_size", "6"}).options.size, 6);
+}
+
+TEST(CommandLine, PresetsComeBeforeGroupedOptions) {
+  EXPECT_EQ(Parse({}).options.group_size, 7);
+  EXPECT_EQ(Parse({"--Group.size", "3"}).options.group_size, 3);
+}
+
+TEST(CommandLine, HelpAndVersionNeedNothingElse) {
+  EXPECT_TRUE(Parse({"-h"}).line.help);
+  EXPECT_TRUE(Parse({"--help"}).line.help);
+  EXPECT_TRUE(Parse({"--version"}).line.version);
+}
+
+TEST(CommandLine, UnknownOptionNamesTheNearest) {
+  EXPECT_THAT(UsageMessage({"--max_img_size", "3"}), HasSubstr("did you mean --max_image_size?"));
+  EXPECT_THAT(UsageMessage({"--group.maxerror=3"}), HasSubstr("did you mean --Group.max_error?"));
+  EXPECT_THAT(UsageMessage({"--max_error", "3"}), HasSubstr("did you mean --Group.max_error?"));
+  EXPECT_THAT(UsageMessage({"--zzzzzzzzz"}), HasSubstr("unknown option --zzzzzzzzz; see --help"));
+}
+
+TEST(CommandLine, RefusesWhatDoesNotFit) {
+  EXPECT_THAT(UsageMessage({"a", "b"}), HasSubstr("unexpected argument 'b'"));
+  EXPECT_THAT(UsageMessage({"--max_image_size", "many"}), HasSubstr("a whole number"));
+  EXPECT_THAT(UsageMessage({"--max_image_size", "101"}), HasSubstr("[-1, 100]"));
+  EXPECT_THAT(UsageMessage({"--max_image_size"}), HasSubstr("max_image_size"));
+  EXPECT_THAT(UsageMessage({"--Group.max_error", "nan"}), HasSubstr("[0, 1]"));
+}
+
+std::vector<std::string> ApplyIni(const std::string& content, Options* options) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() / "x.ini") << content;
+  OptionSet set;
+  options->Describe(&set);
+  return ApplyAssignments(ReadIniFile(folder.path() / "x.ini"), {{"max_image_size", "50"}}, set,
+                          [] {});
+}
+
+TEST(IniFile, SetsOptionsBelowTheCommandLine) {
+  Options options;
+  const auto ignored = ApplyIni(
+      "# comment\nmax_image_size=20\noverwrite = "
+      "true\n[Group]\nmax_error=0.125\nsize=9\n[Other]\nfoo=1\n",
+      &options);
+  EXPECT_EQ(options.size, 50);
+  EXPECT_TRUE(options.overwrite);
+  EXPECT_EQ(options.error, 0.125);
+  EXPECT_EQ(options.group_size, 9);
+  EXPECT_THAT(ignored, testing::ElementsAre("Other"));
+}
+
+TEST(IniFile, UnknownKeyOfAKnownGroupIsAnError) {
+  Options options;
+  EXPECT_THROW(ApplyIni("[Group]\nmax_eror=0.1\n", &options), UsageError);
+  EXPECT_THROW(ApplyIni("max_images=0.1\n", &options), UsageError);
+  EXPECT_THROW(ReadIniFile("/nonexistent/x.ini"), InputError);
+}
+
+TEST(NearestName, EditDistance) {
+  EXPECT_EQ(EditDistance("kitten", "sitting"), 3);
+  EXPECT_EQ(EditDistance("", "abc"), 3);
+  EXPECT_EQ(EditDistance("Same", "same"), 0);
+}
+
+TEST(Bytes, ParsesUnits) {
+  EXPECT_EQ(ParseBytes("m", "4GB"), size_t{4} << 30);
+  EXPECT_EQ(ParseBytes("m", "1.5 g"), size_t{3} << 29);
+  EXPECT_EQ(ParseBytes("m", "500MB"), size_t{500} << 20);
+  EXPECT_EQ(ParseBytes("m", "2"), size_t{2} << 30);
+  for (const char* bad : {"", "GB", "-1", "0", "4 parsecs", "1e30", "nan"}) {
+    EXPECT_THROW(ParseBytes("m", bad), UsageError) << bad;
+  }
+}
+
+TEST(Format, TimesAndSizesReadWell) {
+  EXPECT_EQ(FormatSeconds(0.2), "1 s");
+  EXPECT_EQ(FormatSeconds(187), "3:07 min");
+  EXPECT_EQ(FormatSeconds(7500), "2:05 h");
+  EXPECT_EQ(FormatBytes(size_t{3} << 29), "1.5 GB");
+  EXPECT_EQ(FormatBytes(size_t{20} << 20), "20 MB");
+}
+
+TEST(CommonOptions, DefaultsAreValidAndBoundsHold) {
+  CommonOptions options;
+  EXPECT_TRUE(options.Check(nullptr));
+  options.num_threads = -2;
+  EXPECT_FALSE(options.Check(nullptr));
+  options.num_threads = 0;
+  EXPECT_THROW(options.MakeRunContext(nullptr), UsageError);
+  options.num_threads = 3;
+  EXPECT_EQ(options.MakeRunContext(nullptr).num_threads(), 3);
+}
+
+TEST(HelpText, WrapsAndIndents) {
+  EXPECT_EQ(Wrap("aa bb cc\ndd", 2, 7), "  aa bb\n  cc\n  dd\n");
+  EXPECT_EQ(Wrap("long-word-that-does-not-fit", 1, 5), " long-word-that-does-not-fit\n");
+}
+
+// A command that does nothing but what the test tells it.
+class FakeCommand : public Command {
+ public:
+  CommandInfo Info() const override {
+    return {"fake",           "a command for tests", "Does nothing.",
+            {"lsmvs fake w"}, {"workspace_path"},    "workspace_path"};
+  }
+  void Describe(OptionSet* set) override { options.Describe(set); }
+  void Run(const CommandContext& context) override {
+    num_threads = context.run.num_threads();
+    if (run) run();
+  }
+  Options options;
+  int num_threads = 0;
+  std::function<void()> run;
+};
+
+TEST(Program, ReturnsTheCodeOfWhatIsThrown) {
+  FakeCommand command;
+  const auto code = [&](std::function<void()> run) {
+    command.run = std::move(run);
+    return RunCommand("lsmvs fake", &command, {"w", "--num_threads", "2"});
+  };
+  EXPECT_EQ(code({}), 0);
+  EXPECT_EQ(command.num_threads, 2);
+  EXPECT_EQ(code([] { throw InputError("f", "bad", "fix it"); }), 3);
+  EXPECT_EQ(code([] { throw CancelledError(); }), 130);
+  EXPECT_EQ(code([] { throw std::bad_alloc(); }), 5);
+  EXPECT_EQ(code([] { throw std::logic_error("oops"); }), 1);
+  FakeCommand fresh;
+  EXPECT_EQ(RunCommand("lsmvs fake", &fresh, {}), 2);
+  EXPECT_EQ(RunCommand("lsmvs fake", &command, {"--nope"}), 2);
+  EXPECT_EQ(RunCommand("lsmvs fake", &command, {"--help"}), 0);
+}
+
+TEST(Program, TableFindsCommandsAndSuggests) {
+  const std::vector<CommandFactory> table = {[] { return std::make_unique<FakeCommand>(); }};
+  EXPECT_EQ(RunCommandTable(table, {"fake", "w"}), 0);
+  EXPECT_EQ(RunCommandTable(table, {"fak"}), 2);
+  EXPECT_EQ(RunCommandTable(table, {}), 2);
+  EXPECT_EQ(RunCommandTable(table, {"help"}), 0);
+  EXPECT_EQ(RunCommandTable(table, {"--version"}), 0);
+}
+
+}  // namespace
+}  // namespace lsmvs
