@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "lsmvs/colmap_adapter/dense_workspace.h"
+#include "lsmvs/scene/depth_map.h"
+#include "lsmvs/scene/scene.h"
+
+namespace lsmvs {
+
+// COLMAP's depth and normal maps, and the one place where the half pixel is dealt with.
+//
+// A DepthMap's sample (column, row) lies on the ray through the pixel's centre (column + 0.5, row +
+// 0.5). COLMAP's stereo and fusion take the sample as lying on the ray through (column, row). So
+// every sample is moved along its own tangent plane: with n the normal and a, b the two rays (z =
+// 1), depth_b = depth_a * n.a / n.b. Reading undoes what writing does, up to the rounding of a
+// float. A surface that the plane fits to second order keeps a bias of its sagitta over 0.7 pixels:
+// 0.001 pixels for a sphere of 250 pixels' radius. Samples without normal, or seen at less than 5
+// degrees from their plane, keep their depth.
+
+// Width x height of the map, or nothing if it is missing or not complete (a killed run leaves
+// cut-off files). Reads the header only and compares with the file's size.
+std::optional<Eigen::Vector2i> CompleteMapSize(const std::filesystem::path& path, int channels);
+
+// Whether the view has a complete depth map and normal map of the type, of the same size.
+bool HasDepthMap(const DenseWorkspace& workspace, const View& view, MapType type);
+
+// The maps of one view; a map smaller than the image has the camera view.camera.Resized(width,
+// height). The normal map may be missing: normals are zero then and no sample is moved. Depths that
+// are not finite or not positive become 0, normals that are not finite or point away from the
+// camera become zero, the others get unit length. Throws InputError if the depth map is missing,
+// either is truncated or malformed, their sizes differ, or they are larger than the image.
+DepthMap ReadDepthMap(const DenseWorkspace& workspace, const View& view, MapType type);
+
+// Writes both maps, atomically, the depth map last. Throws FileSystemError.
+void WriteDepthMap(const DenseWorkspace& workspace, const View& view, MapType type,
+                   const DepthMap& map);
+
+// The maps of a workspace, read when they are asked for; keeps the least recently used ones up to
+// `budget_bytes`. Views without complete maps give null. Thread-safe. `scene` must outlive the
+// source.
+std::unique_ptr<DepthMapSource> MakeDepthMapSource(const DenseWorkspace& workspace,
+                                                   const Scene& scene, MapType type,
+                                                   size_t budget_bytes);
+
+// Moves all samples from the rays through pixel centres to those through their top-left corners, or
+// back.
+void MoveSamplesToPixelCorners(const PinholeCamera& full_size_camera, DepthMap* map);
+void MoveSamplesToPixelCenters(const PinholeCamera& full_size_camera, DepthMap* map);
+
+}  // namespace lsmvs

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "lsmvs/colmap_adapter/dense_workspace.h"
+#include "lsmvs/scene/scene.h"
+#include "lsmvs/scene/visibility_cloud.h"
+
+namespace lsmvs {
+
+struct FusedCloud {
+  VisibilityCloud cloud;
+  // Points that were left out because their position is not finite.
+  size_t num_dropped = 0;
+  // Empty, or what the user should know: the file's images were in another order than expected,
+  // points were dropped.
+  std::string message;
+};
+
+// Reads fused.ply in any dialect of PLY, and <ply_path>.vis. Normals and colours may be missing
+// (zero then). scene.world_offset is subtracted.
+//
+// The indices of .vis are positions in a list of images that depends on the version of COLMAP and
+// on the model it read. A sample of points is projected into the images claimed: if another order
+// (of the files in `workspace`, of the image ids, of the names) fits clearly better than scene's,
+// that one is taken and `message` says so; if most fall outside in any order, the file is refused.
+//
+// Throws InputError if a file is missing, truncated or malformed, if the two have different numbers
+// of points (a cropped fused.ply), or if an index is not below the number of images. 10 M points
+// take a few seconds and about 60 bytes a point.
+FusedCloud ReadFusedCloud(const std::filesystem::path& ply_path, const Scene& scene,
+                          const DenseWorkspace& workspace);
+
+// Writes fused.ply and fused.ply.vis as COLMAP does (binary little endian: float x y z nx ny nz,
+// uchar red green blue), with double coordinates if scene.world_offset is not zero. Both are
+// complete before either appears, and a cloud that stood there is removed before its visibility is
+// replaced: a kill never leaves two that do not belong together.
+void WriteFusedCloud(const std::filesystem::path& ply_path, const VisibilityCloud& cloud,
+                     const Scene& scene);
+
+}  // namespace lsmvs

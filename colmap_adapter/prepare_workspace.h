@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "lsmvs/colmap_adapter/colmap_runner.h"
+#include "lsmvs/colmap_adapter/dense_workspace.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+struct PrepareWorkspaceOptions {
+  // Longer side of the undistorted images, pixels; passed on to image_undistorter. Not set: full
+  // size. Workspaces that exist are taken as they are.
+  std::optional<int> max_image_size;
+  // Photos of a project, if they do not lie in its images/.
+  std::filesystem::path image_folder;
+};
+
+// Makes the workspace by `colmap image_undistorter`, unless it exists. The work goes on in a hidden
+// folder beside it, which is renamed when it is complete: a killed run leaves no half workspace,
+// and the next one starts over. COLMAP's output is kept in the workspace's LogFolder(). Throws
+// ExternalToolError if colmap is missing or fails, CancelledError.
+DenseWorkspace PrepareDenseWorkspace(const WorkspaceEntry& entry, const ColmapRunner& runner,
+                                     const PrepareWorkspaceOptions& options,
+                                     const RunContext& context);
+
+// FindDenseWorkspaces, then the above for each.
+std::vector<DenseWorkspace> PrepareDenseWorkspaces(const std::filesystem::path& path,
+                                                   const ColmapRunner& runner,
+                                                   const PrepareWorkspaceOptions& options,
+                                                   const RunContext& context);
+
+}  // namespace lsmvs

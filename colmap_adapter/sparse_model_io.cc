@@ -1,0 +1,105 @@
+#include "lsmvs/colmap_adapter/sparse_model_io.h"
+
+#include "lsmvs/colmap_adapter/camera_model.h"
+#include "lsmvs/colmap_adapter/sparse_model_internal.h"
+#include "lsmvs/util/check.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace internal {
+
+FileNames::FileNames(const std::filesystem::path& folder, SparseFormat format) {
+  const std::string extension = format == SparseFormat::kBinary ? ".bin" : ".txt";
+  cameras = folder / ("cameras" + extension);
+  images = folder / ("images" + extension);
+  points3d = folder / ("points3D" + extension);
+  rigs = folder / ("rigs" + extension);
+  frames = folder / ("frames" + extension);
+}
+
+}  // namespace internal
+
+namespace {
+
+using internal::FileNames;
+
+bool HasModelFiles(const FileNames& names) {
+  return std::filesystem::is_regular_file(names.cameras) &&
+         std::filesystem::is_regular_file(names.images) &&
+         std::filesystem::is_regular_file(names.points3d);
+}
+
+// Rigs and frames belong together: a model has both or neither.
+bool HasFrameFiles(const FileNames& names) {
+  const bool has_rigs = std::filesystem::is_regular_file(names.rigs);
+  const bool has_frames = std::filesystem::is_regular_file(names.frames);
+  if (has_rigs != has_frames) {
+    throw InputError((has_rigs ? names.frames : names.rigs).string(),
+                     "is missing beside " + (has_rigs ? names.rigs : names.frames).string(),
+                     internal::kSparseRemedy);
+  }
+  return has_rigs;
+}
+
+SparseModel ReadBinary(const FileNames& names, bool keep_points2d) {
+  SparseModel model;
+  internal::ReadCamerasBinary(names.cameras, &model);
+  internal::ReadImagesBinary(names.images, keep_points2d, &model);
+  internal::ReadPoints3dBinary(names.points3d, &model);
+  if (HasFrameFiles(names)) {
+    internal::ReadRigsBinary(names.rigs, &model);
+    internal::ReadFramesBinary(names.frames, &model);
+  }
+  return model;
+}
+
+SparseModel ReadText(const FileNames& names, bool keep_points2d) {
+  SparseModel model;
+  internal::ReadCamerasText(names.cameras, &model);
+  internal::ReadImagesText(names.images, keep_points2d, &model);
+  internal::ReadPoints3dText(names.points3d, &model);
+  if (HasFrameFiles(names)) {
+    internal::ReadRigsText(names.rigs, &model);
+    internal::ReadFramesText(names.frames, &model);
+  }
+  return model;
+}
+
+}  // namespace
+
+bool IsSparseModelFolder(const std::filesystem::path& folder) {
+  return HasModelFiles({folder, SparseFormat::kBinary}) ||
+         HasModelFiles({folder, SparseFormat::kText});
+}
+
+SparseModel ReadSparseModel(const std::filesystem::path& folder,
+                            const ReadSparseModelOptions& options) {
+  const FileNames binary(folder, SparseFormat::kBinary), text(folder, SparseFormat::kText);
+  if (!HasModelFiles(binary) && !HasModelFiles(text)) {
+    throw InputError(folder.string(),
+                     "holds no sparse model (cameras, images and points3D, .bin or .txt)",
+                     "run `colmap mapper` or name the folder of its output");
+  }
+  SparseModel model = HasModelFiles(binary) ? ReadBinary(binary, options.keep_points2d)
+                                            : ReadText(text, options.keep_points2d);
+  CheckSparseModel(model, folder);
+  return model;
+}
+
+void WriteSparseModel(const std::filesystem::path& folder, const SparseModel& model,
+                      SparseFormat format) {
+  for (const SparseModel::Camera& camera : model.cameras) {
+    const CameraModel* camera_model = FindCameraModel(camera.model_id);
+    LSMVS_CHECK(camera_model != nullptr);
+    LSMVS_CHECK_EQ(camera.params.size(), camera_model->num_params);
+  }
+  const FileNames names(folder, format);
+  if (format == SparseFormat::kBinary) {
+    internal::WriteModelBinary(names, model);
+  } else {
+    internal::WriteModelText(names, model);
+  }
+}
+
+}  // namespace lsmvs

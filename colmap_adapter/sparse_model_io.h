@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+
+#include "lsmvs/colmap_adapter/sparse_model.h"
+
+namespace lsmvs {
+
+enum class SparseFormat { kBinary, kText };
+
+struct ReadSparseModelOptions {
+  // The features of the images are most of a model's bytes and not needed to make a Scene.
+  bool keep_points2d = true;
+};
+
+// Whether the folder holds cameras, images and points3D, all as .bin or all as .txt.
+bool IsSparseModelFolder(const std::filesystem::path& folder);
+
+// Reads the model of COLMAP 3.x or 4.x in `folder`: binary if it is there, else text; rigs and
+// frames if they are there. Throws InputError, with path and byte (binary) or line (text), for
+// whatever does not fit: missing files, truncation or surplus at any byte, unknown camera models,
+// numbers that are not finite, duplicate identifiers or names, images of missing cameras, tracks
+// and frames that name missing images. Memory never exceeds a small multiple of the files' sizes,
+// whatever the counts in them say. Models without points or without images are legal here.
+// O(bytes).
+SparseModel ReadSparseModel(const std::filesystem::path& folder,
+                            const ReadSparseModelOptions& options = {});
+
+// Writes cameras, images and points3D, and rigs and frames if the model has any; each file atomic,
+// the folder is made if it is missing. Throws std::logic_error for an inconsistent model,
+// FileSystemError if it cannot write.
+void WriteSparseModel(const std::filesystem::path& folder, const SparseModel& model,
+                      SparseFormat format = SparseFormat::kBinary);
+
+// Throws InputError(path, ...) for the first inconsistency that the readers' comment names. `path`
+// is for the message.
+void CheckSparseModel(const SparseModel& model, const std::filesystem::path& path);
+
+}  // namespace lsmvs

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+namespace lsmvs::internal {
+
+// Reads a text file line by line and takes lines apart at blanks. Every failure throws InputError
+// with path and line.
+class TextReader {
+ public:
+  // `remedy` ends the messages.
+  TextReader(const std::filesystem::path& path, std::string remedy);
+
+  // Next line, without its end; false at the end of the file.
+  bool NextLine();
+  // Next line that is neither blank nor a comment (#); false at the end of the file.
+  bool NextContentLine();
+  // What is left of the line, without blanks on both sides.
+  std::string_view RestOfLine() const;
+  bool AtEndOfLine() const { return RestOfLine().empty(); }
+
+  // Takes the next word of the line; fails if there is none.
+  std::string_view Word();
+  double Double();
+  uint64_t Unsigned(uint64_t max);
+  int64_t Signed();
+  // Takes a count of records that the rest of the line must have room for: one character and a
+  // blank for each word.
+  uint64_t Count(size_t words_per_record);
+  void ExpectEndOfLine();
+
+  [[noreturn]] void Fail(const std::string& what) const;
+
+ private:
+  std::string path_, remedy_;
+  std::ifstream file_;
+  std::string line_;
+  size_t next_ = 0;
+  uint64_t line_number_ = 0;
+};
+
+}  // namespace lsmvs::internal
