@@ -1,0 +1,130 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lsmvs/image/image_store.h"
+#include "lsmvs/scene/scene.h"
+#include "lsmvs/scene/view_selection.h"
+#include "lsmvs/scene/visibility_cloud.h"
+#include "lsmvs/util/cost_estimate.h"
+#include "lsmvs/util/option_set.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+struct QuasiDenseOptions {
+  // Distance between interest points, pixels of each scale: one point a cell of this size where
+  // there is texture. Time and number of points fall with its square.
+  double spacing_px = 2.5;
+  // Half size of the matching window in pixels, at every scale: 3 takes 7 x 7 pixels less the
+  // corners. Larger is surer and blurs detail.
+  int window_radius = 3;
+  // The finest scale: level of the image store (0 full size, 1 half, ...). Time falls fourfold a
+  // level.
+  int finest_level = 0;
+  // Scales, each half as large as the one before. Unset: until the longer side is below 256 pixels.
+  std::optional<int> num_scales;
+  // Standard deviation of the sensor noise, grey levels of 0-255. Windows whose texture is not
+  // above it have no points.
+  double noise_sigma = 2.0;
+
+  // Neighbours matched on the coarse scales and those on the finest scale.
+  int max_num_neighbors = 8;
+  int max_num_fine_neighbors = 4;
+  // Smallest ZNCC of a match. Lenient on purpose: the surface stage removes what is false.
+  double min_ncc = 0.6;
+  // Largest distance between a point and where its match is matched back to, pixels of the scale.
+  double max_mutual_error_px = 1.0;
+  // Views, the reference included, that must have matched each other for a point to be kept.
+  int min_num_views = 2;
+  // Largest reprojection error of an observation after optimisation, pixels; others leave the
+  // track.
+  double max_reproj_error_px = 1.0;
+  // Error at which the robust (Cauchy) loss begins to flatten, pixels.
+  double loss_scale_px = 0.5;
+  // Smallest angle in degrees under which two views of a track see the point.
+  double min_triangulation_angle_deg = 2.0;
+
+  // Depth range in world units for every view; unset: from the sparse points (EstimateDepthRanges).
+  std::optional<double> depth_min, depth_max;
+  // Points outside are dropped. In the world of the files (Scene::world_offset is handled). Empty:
+  // no limit.
+  Eigen::AlignedBox3d bounding_box;
+
+  void Describe(OptionSet* options);
+  bool Check(std::string* error) const { return CheckOptions(*this, error); }
+};
+
+enum class QuasiDenseStatus {
+  kSuccess,
+  kNoNeighbors,   // no view has a neighbour to be matched with; the cloud is empty
+  kNoDepthRange,  // no sparse point before any camera, and no depth_min and depth_max
+  kNoMatches,     // textureless photos, or nothing that matches; the cloud is empty
+};
+
+struct QuasiDenseCounters {
+  size_t num_interest_points = 0;  // on the finest scale, all views
+  size_t num_joined_keypoints = 0;
+  size_t num_matched = 0;             // interest points with a match
+  size_t num_mutual = 0;              // of those, confirmed by another view
+  size_t num_tracks = 0;              // after joining what several views see
+  size_t num_dropped_angle = 0;       // under too small an angle
+  size_t num_dropped_error = 0;       // too few observations within max_reproj_error_px
+  size_t num_dropped_cheirality = 0;  // behind a camera
+  size_t num_dropped_outside = 0;     // of the bounding box
+  size_t num_patches = 0;             // windows compared: what time is spent on
+};
+
+struct QuasiDenseResult {
+  // Positions, normals (towards the cameras), colours, views. The number of views of a point is its
+  // confidence.
+  VisibilityCloud cloud;
+  QuasiDenseStatus status = QuasiDenseStatus::kSuccess;
+  std::string message;  // one line: what was made, or why nothing
+  QuasiDenseCounters counters;
+  std::vector<std::pair<std::string, double>> seconds;  // wall time of each phase, in order
+};
+
+// Photos -> quasi-dense points with the views that see each of them.
+//
+// Scales are taken from coarse to fine. On each, every view gets interest points (Harris corners,
+// difference-of-Gaussian blobs, the given keypoints) with controlled spacing. A point is searched
+// along its epipolar segments in the neighbouring views at once: on the coarsest scale over the
+// whole depth range with a fronto-parallel window, on finer ones around the planes that the points
+// nearby on the coarser scale lie on. Windows are warped by the homography of that plane (to first
+// order) and compared by ZNCC; the depth with the highest mean over the best views wins. A match
+// stays if it is mutual: the interest point where it ends is matched back to where it came from.
+// On the finest scale matches become tracks over all views that confirm them, with an observation
+// of sub-pixel precision in each; a point is triangulated from the whole track and optimised under
+// a robust loss (Ceres), then checked for reprojection error, angle and cheirality. A point of a
+// later view that an earlier track covers makes no track of its own.
+//   neighbors  one list a view, best first (SelectNeighbors); made symmetric inside
+//   keypoints  empty, or for each view the image coordinates (of the full-size photo) of points to
+//              join
+// Masked pixels have no points. The result does not depend on the number of threads. Throws
+// UsageError for options out of range, CancelledError; nothing to match is a status.
+// Memory: 32 bytes an interest point of every view (an interest point for each spacing_px^2 pixels
+// at most), the cloud, and images within a fifth of the memory budget. Time: see
+// EstimateQuasiDenseCost.
+//   H.-H. Vu: Large-scale and high-quality multi-view stereo, thesis, 2011, chapter 4.2.1. M.
+//   Lhuillier, L. Quan: A quasi-dense approach to surface reconstruction from uncalibrated images,
+//   PAMI 27(3), 2005 (matches guide matches nearby).
+// We deviate in comparing a point with positions between the interest points of the other view:
+// dense points need not repeat from view to view.
+QuasiDenseResult MatchQuasiDense(const Scene& scene, const ImageStore& images,
+                                 const std::vector<std::vector<Neighbor>>& neighbors,
+                                 std::span<const std::vector<Eigen::Vector2f>> keypoints,
+                                 const QuasiDenseOptions& options, const RunContext& context);
+
+// From the number of pixels, views and neighbours.
+CostEstimate EstimateQuasiDenseCost(const Scene& scene, const ImageStore& images,
+                                    const QuasiDenseOptions& options);
+
+}  // namespace lsmvs
