@@ -13,6 +13,7 @@
 #include <opencv2/imgproc.hpp>
 #include <tuple>
 
+#include "lsmvs/image/image_file.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 
@@ -26,6 +27,7 @@ cv::Mat Decode(const std::string& path, int flags) {
   if (!std::filesystem::is_regular_file(path)) {
     throw InputError(path, "image file is missing", "put it back or remove it from the model");
   }
+  InspectImageFile(path);  // throws if it is cut off, which imread would not
   cv::Mat image;
   try {
     image = cv::imread(path, flags);
@@ -202,6 +204,9 @@ size_t ImageStore::HeldBytes() const {
 }
 
 Eigen::Vector2i ReadImageSize(const std::string& path) {
+  if (std::filesystem::is_regular_file(path)) {
+    if (const std::optional<Eigen::Vector2i> size = InspectImageFile(path)) return *size;
+  }
   const cv::Mat image = Decode(path, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
   return {image.cols, image.rows};
 }

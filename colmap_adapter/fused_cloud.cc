@@ -1,0 +1,236 @@
+#include "lsmvs/colmap_adapter/fused_cloud.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+
+#include "lsmvs/colmap_adapter/image_order_internal.h"
+#include "lsmvs/colmap_adapter/visibility_file_internal.h"
+#include "lsmvs/mesh/ply.h"
+#include "lsmvs/util/atomic_file.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using internal::ImageOrder;
+using internal::OrderFit;
+using internal::VisibilityFile;
+
+constexpr const char* kCloudRemedy = "run `stereo_fusion` again";
+constexpr const char* kPairRemedy =
+    "crop with a tool that keeps both, or remove both and fuse again";
+// Fits that raise no question, that another order must exceed ours by, and below which nothing
+// fits.
+constexpr double kGoodFit = 0.9;
+constexpr double kClearlyBetter = 0.05;
+constexpr double kMinInside = 0.5;
+
+// Reads positions, normals and colours of all points, without views. Positions that are not finite
+// stay as they are.
+class PointReader {
+ public:
+  PointReader(const fs::path& path, const Eigen::Vector3d& world_offset)
+      : path_(path.string()), world_offset_(world_offset), reader_(path) {
+    element_ = reader_.FindElement("vertex");
+    if (element_ == nullptr) throw InputError(path_, "has no vertices", kCloudRemedy);
+    has_position_ = Find({"x", "y", "z"}, position_);
+    has_normal_ = Find({"nx", "ny", "nz"}, normal_);
+    has_color_ = Find({"red", "green", "blue"}, color_) ||
+                 Find({"diffuse_red", "diffuse_green", "diffuse_blue"}, color_);
+    if (!has_position_) throw InputError(path_, "has no x, y, z", kCloudRemedy);
+  }
+
+  uint64_t num_points() const { return element_->count; }
+
+  // `num_points()` must have been found to be believable.
+  VisibilityCloud Read() {
+    VisibilityCloud cloud;
+    cloud.Reserve(static_cast<size_t>(num_points()), 0);
+    reader_.Read({{"vertex", [&](const PlyReader::Row& row) { Add(row, &cloud); }}});
+    return cloud;
+  }
+
+ private:
+  using Columns = std::array<size_t, 3>;
+
+  bool Find(const std::array<const char*, 3>& names, Columns& columns) const {
+    for (size_t k = 0; k < 3; ++k) {
+      const int column = element_->Find(names[k]);
+      if (column < 0 || element_->properties[static_cast<size_t>(column)].is_list) return false;
+      columns[k] = static_cast<size_t>(column);
+    }
+    return true;
+  }
+
+  static Eigen::Vector3d Values(const PlyReader::Row& row, const Columns& columns) {
+    return {row.values[row.first[columns[0]]], row.values[row.first[columns[1]]],
+            row.values[row.first[columns[2]]]};
+  }
+
+  void Add(const PlyReader::Row& row, VisibilityCloud* cloud) const {
+    cloud->positions.push_back((Values(row, position_) - world_offset_).cast<float>());
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+    if (has_normal_) normal = Values(row, normal_).cast<float>();
+    const float norm = normal.norm();
+    // Unit length as promised; what has it already keeps its bytes.
+    if (!std::isfinite(norm) || norm < 1e-6f) {
+      normal.setZero();
+    } else if (std::abs(norm - 1) > 1e-5f) {
+      normal /= norm;
+    }
+    cloud->normals.push_back(normal);
+    Color color = Color::Zero();
+    if (has_color_) {
+      color = Values(row, color_).cwiseMax(0.0).cwiseMin(255.0).cast<uint8_t>();
+    }
+    cloud->colors.push_back(color);
+  }
+
+  const std::string path_;
+  const Eigen::Vector3d world_offset_;
+  PlyReader reader_;
+  const PlyElement* element_ = nullptr;
+  bool has_position_ = false, has_normal_ = false, has_color_ = false;
+  Columns position_{}, normal_{}, color_{};
+};
+
+struct ChosenOrder {
+  ImageOrder order;
+  OrderFit fit;
+  std::string message;
+};
+
+ChosenOrder ChooseOrder(const Scene& scene, const DenseWorkspace& workspace,
+                        const VisibilityCloud& points, const VisibilityFile& file) {
+  ChosenOrder chosen{internal::SceneOrder(scene), {}, ""};
+  chosen.fit = MeasureFit(scene, points, file, chosen.order);
+  if (chosen.fit.inside >= kGoodFit && chosen.fit.facing >= kGoodFit) return chosen;
+  for (ImageOrder& order : internal::OtherOrders(scene, workspace.SparseFolder())) {
+    const OrderFit fit = MeasureFit(scene, points, file, order);
+    if (fit.Total() < chosen.fit.Total() + kClearlyBetter) continue;
+    chosen.message =
+        fmt::format("the images of the visibility file are in {}, not in that of registered images",
+                    order.name);
+    chosen.order = std::move(order);
+    chosen.fit = fit;
+  }
+  return chosen;
+}
+
+// Takes the points with finite positions, with their views in the given order.
+VisibilityCloud Join(const VisibilityCloud& points, const VisibilityFile& file,
+                     const ImageOrder& order) {
+  VisibilityCloud cloud;
+  cloud.Reserve(points.positions.size(), file.image_idxs.size());
+  std::vector<uint32_t> views;
+  for (size_t p = 0; p < points.positions.size(); ++p) {
+    if (!points.positions[p].allFinite()) continue;
+    views.clear();
+    for (uint64_t i = file.begin[p]; i < file.begin[p + 1]; ++i) {
+      views.push_back(order.view_idxs[file.image_idxs[i]]);
+    }
+    cloud.Add(points.positions[p], points.normals[p], points.colors[p], views);
+  }
+  return cloud;
+}
+
+}  // namespace
+
+FusedCloud ReadFusedCloud(const fs::path& ply_path, const Scene& scene,
+                          const DenseWorkspace& workspace) {
+  const fs::path vis_path = DenseWorkspace::VisibilityPath(ply_path);
+  PointReader reader(ply_path, scene.world_offset);
+  if (!fs::exists(vis_path)) {
+    throw InputError(vis_path.string(),
+                     "is missing: without it no one knows which images see a point",
+                     "put it beside the cloud, or remove the cloud and fuse again");
+  }
+  const VisibilityFile file = internal::ReadVisibilityFile(vis_path, scene.views.size());
+  if (file.num_points() != reader.num_points()) {
+    throw InputError(
+        vis_path.string(),
+        fmt::format("is for {} points, but {} has {}: the cloud was cropped or edited",
+                    file.num_points(), ply_path.filename().string(), reader.num_points()),
+        kPairRemedy);
+  }
+  const VisibilityCloud points = reader.Read();
+  const ChosenOrder chosen = ChooseOrder(scene, workspace, points, file);
+  if (chosen.fit.inside < kMinInside) {
+    throw InputError(
+        vis_path.string(),
+        fmt::format("does not fit the sparse model: only {:.0f} % of the points lie in "
+                    "the images that it names",
+                    100 * chosen.fit.inside),
+        "the cloud belongs to another model; remove both and fuse again");
+  }
+  FusedCloud result{Join(points, file, chosen.order), 0, chosen.message};
+  result.num_dropped = points.positions.size() - result.cloud.size();
+  if (result.num_dropped > 0) {
+    result.message += fmt::format("{}{} points without finite position were left out",
+                                  result.message.empty() ? "" : "; ", result.num_dropped);
+  }
+  return result;
+}
+
+namespace {
+
+std::string PlyHeader(size_t num_points, bool as_double) {
+  const char* type = as_double ? "double" : "float";
+  return fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\n"
+      "property {} x\nproperty {} y\nproperty {} z\n"
+      "property float nx\nproperty float ny\nproperty float nz\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
+      num_points, type, type, type);
+}
+
+void WritePoints(const VisibilityCloud& cloud, const Eigen::Vector3d& world_offset,
+                 AtomicFile* file) {
+  const bool as_double = !world_offset.isZero(0.0);
+  file->Write(PlyHeader(cloud.size(), as_double));
+  for (size_t p = 0; p < cloud.size(); ++p) {
+    if (as_double) {
+      const Eigen::Vector3d x = cloud.positions[p].cast<double>() + world_offset;
+      file->Write(x.data(), sizeof x);
+    } else {
+      file->Write(cloud.positions[p].data(), 3 * sizeof(float));
+    }
+    file->Write(cloud.normals[p].data(), 3 * sizeof(float));
+    file->Write(cloud.colors[p].data(), 3);
+  }
+}
+
+void WriteViews(const VisibilityCloud& cloud, AtomicFile* file) {
+  file->WriteValue(static_cast<uint64_t>(cloud.size()));
+  for (size_t p = 0; p < cloud.size(); ++p) {
+    const std::span<const uint32_t> views = cloud.ViewsOf(p);
+    file->WriteValue(static_cast<uint32_t>(views.size()));
+    file->Write(views.data(), views.size_bytes());
+  }
+}
+
+void RemoveIfThere(const fs::path& path) {
+  std::error_code error;
+  fs::remove(path, error);
+  if (error) throw FileSystemError(path.string(), "remove the old file", error.value());
+}
+
+}  // namespace
+
+void WriteFusedCloud(const fs::path& ply_path, const VisibilityCloud& cloud, const Scene& scene) {
+  cloud.CheckConsistent(scene.views.size());
+  AtomicFile ply(ply_path), vis(DenseWorkspace::VisibilityPath(ply_path));
+  WritePoints(cloud, scene.world_offset, &ply);
+  WriteViews(cloud, &vis);
+  RemoveIfThere(ply_path);
+  vis.Commit();
+  ply.Commit();
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,187 @@
+#include "lsmvs/colmap_adapter/scene_loader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "lsmvs/colmap_adapter/camera_model.h"
+#include "lsmvs/colmap_adapter/sparse_model_io.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace {
+
+constexpr int kEquirectangularModel = 17;
+// See the header: when a scene is so far from the origin that it is shifted.
+constexpr double kMaxCenterToExtent = 100.0;
+constexpr double kMaxFloatSpacingToGsd = 0.01;
+constexpr double kFloatSpacing = 0x1p-23;
+constexpr double kExtentQuantile = 0.9;
+
+[[noreturn]] void FailModel(const SparseModel::Camera& camera, const std::string& path) {
+  const std::string what =
+      fmt::format("camera {} is of the model {}; dense reconstruction needs PINHOLE",
+                  static_cast<uint32_t>(camera.camera_id), FindCameraModel(camera.model_id)->name);
+  throw InputError(path, what,
+                   camera.model_id == kEquirectangularModel
+                       ? "cut perspective photos out of the panoramas and reconstruct from those"
+                       : "undistort with `colmap image_undistorter`, or name the project folder");
+}
+
+PinholeCamera ToPinhole(const SparseModel::Camera& camera, const std::string& path) {
+  PinholeCamera pinhole;
+  pinhole.width = static_cast<int>(camera.width);
+  pinhole.height = static_cast<int>(camera.height);
+  const std::vector<double>& params = camera.params;
+  if (camera.model_id == kSimplePinholeModel) {
+    pinhole.fx = pinhole.fy = params[0];
+    pinhole.cx = params[1];
+    pinhole.cy = params[2];
+  } else if (camera.model_id == kPinholeModel) {
+    pinhole.fx = params[0];
+    pinhole.fy = params[1];
+    pinhole.cx = params[2];
+    pinhole.cy = params[3];
+  } else {
+    FailModel(camera, path);
+  }
+  if (!(pinhole.fx > 0 && pinhole.fy > 0)) {
+    throw InputError(path,
+                     fmt::format("camera {} has a focal length that is not positive",
+                                 static_cast<uint32_t>(camera.camera_id)),
+                     "undistort again with `colmap image_undistorter`");
+  }
+  return pinhole;
+}
+
+// Reorders `values`.
+double Quantile(std::vector<double>* values, double q) {
+  const auto index = static_cast<std::ptrdiff_t>(q * static_cast<double>(values->size() - 1));
+  std::nth_element(values->begin(), values->begin() + index, values->end());
+  return (*values)[static_cast<size_t>(index)];
+}
+
+std::vector<Eigen::Vector3d> AllPositions(const Scene& scene) {
+  std::vector<Eigen::Vector3d> positions;
+  positions.reserve(scene.views.size() + scene.points.size());
+  for (const View& view : scene.views) positions.push_back(view.CenterInWorld());
+  for (const SparsePoint& point : scene.points) positions.push_back(point.x_in_world);
+  return positions;
+}
+
+Eigen::Vector3d Median(const std::vector<Eigen::Vector3d>& positions) {
+  Eigen::Vector3d median;
+  std::vector<double> values(positions.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    for (size_t i = 0; i < positions.size(); ++i) values[i] = positions[i][axis];
+    median[axis] = Quantile(&values, 0.5);
+  }
+  return median;
+}
+
+Eigen::Vector3d ChooseWorldOffset(const Scene& scene) {
+  const std::vector<Eigen::Vector3d> positions = AllPositions(scene);
+  const Eigen::Vector3d center = Median(positions);
+  std::vector<double> distances;
+  for (const Eigen::Vector3d& x : positions) distances.push_back((x - center).norm());
+  const double extent = Quantile(&distances, kExtentQuantile);
+  if (!(extent > 0)) return Eigen::Vector3d::Zero();
+  const double distance = center.norm();
+  const double gsd = GroundSamplingDistance(scene);
+  const bool loses_detail = gsd > 0 && distance * kFloatSpacing > kMaxFloatSpacingToGsd * gsd;
+  const bool is_far = distance > kMaxCenterToExtent * extent;
+  if (!is_far && !(loses_detail && distance > extent)) return Eigen::Vector3d::Zero();
+  // A multiple of a power of two: adding it to shifted coordinates loses nothing that a double can
+  // hold.
+  const double unit = std::exp2(std::ceil(std::log2(extent)));
+  return (center / unit).array().round() * unit;
+}
+
+void ShiftWorld(const Eigen::Vector3d& offset, Scene* scene) {
+  for (View& view : scene->views) {
+    view.cam_from_world.translation += view.cam_from_world.rotation * offset;
+  }
+  for (SparsePoint& point : scene->points) point.x_in_world -= offset;
+  scene->world_offset = offset;
+}
+
+void AddViews(const SparseModel& model, const std::string& path, Scene* scene) {
+  std::unordered_map<uint32_t, const SparseModel::Camera*> cameras;
+  for (const SparseModel::Camera& camera : model.cameras) {
+    cameras[static_cast<uint32_t>(camera.camera_id)] = &camera;
+  }
+  for (const size_t i : RegisteredImageOrder(model)) {
+    const SparseModel::Image& image = model.images[i];
+    const SparseModel::Camera& camera = *cameras.at(static_cast<uint32_t>(image.camera_id));
+    scene->views.push_back(
+        {image.image_id, image.name, ToPinhole(camera, path), image.cam_from_world.ToRigid3()});
+  }
+}
+
+void AddPoints(const SparseModel& model, Scene* scene) {
+  std::unordered_map<uint32_t, int> view_of_image;
+  for (int v = 0; v < scene->num_views(); ++v) {
+    view_of_image[static_cast<uint32_t>(scene->views[v].image_id)] = v;
+  }
+  scene->points.reserve(model.points3d.size());
+  for (const SparseModel::Point3d& source : model.points3d) {
+    SparsePoint point{source.x_in_world, source.color, static_cast<float>(source.error_px), {}};
+    for (const SparseModel::TrackElement& element : source.track) {
+      point.view_idxs.push_back(view_of_image.at(static_cast<uint32_t>(element.image_id)));
+    }
+    std::sort(point.view_idxs.begin(), point.view_idxs.end());
+    point.view_idxs.erase(std::unique(point.view_idxs.begin(), point.view_idxs.end()),
+                          point.view_idxs.end());
+    scene->points.push_back(std::move(point));
+  }
+}
+
+void CheckImageFile(const DenseWorkspace& workspace, const View& view) {
+  const std::string path = workspace.ImagePath(view.name).string();
+  const Eigen::Vector2i size = ReadImageSize(path);
+  if (size.x() == view.camera.width && size.y() == view.camera.height) return;
+  throw InputError(path,
+                   fmt::format("is {} x {} pixels, but its camera is {} x {}", size.x(), size.y(),
+                               view.camera.width, view.camera.height),
+                   "use the images that the model was made from, or undistort again");
+}
+
+void CheckFolder(const std::filesystem::path& folder, const char* what, const char* remedy) {
+  if (!std::filesystem::is_directory(folder)) throw InputError(folder.string(), what, remedy);
+}
+
+}  // namespace
+
+Scene MakeScene(const SparseModel& model, const std::filesystem::path& model_path) {
+  if (model.images.empty()) {
+    throw InputError(model_path.string(), "has no registered image",
+                     "check the output of `colmap mapper`: it could not place any photo");
+  }
+  Scene scene;
+  AddViews(model, model_path.string(), &scene);
+  AddPoints(model, &scene);
+  const Eigen::Vector3d offset = ChooseWorldOffset(scene);
+  if (!offset.isZero(0.0)) ShiftWorld(offset, &scene);
+  return scene;
+}
+
+Scene LoadScene(const DenseWorkspace& workspace, const LoadSceneOptions& options) {
+  const std::filesystem::path sparse_folder = workspace.SparseFolder();
+  Scene scene = MakeScene(ReadSparseModel(sparse_folder, {.keep_points2d = false}), sparse_folder);
+  scene.image_folder = workspace.ImageFolder().string();
+  scene.mask_folder = options.mask_folder;
+  CheckFolder(workspace.ImageFolder(), "the folder of the images is missing",
+              "undistort again with `colmap image_undistorter`");
+  if (!options.mask_folder.empty()) {
+    CheckFolder(options.mask_folder, "the folder of the masks is missing", "correct --mask_path");
+  }
+  if (options.check_images) {
+    for (const View& view : scene.views) CheckImageFile(workspace, view);
+  }
+  return scene;
+}
+
+}  // namespace lsmvs
