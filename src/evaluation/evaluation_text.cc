@@ -1,0 +1,193 @@
+#include "lsmvs/evaluation/evaluation_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace lsmvs {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string StatusName(SurfaceEvaluation::Status status) {
+  switch (status) {
+    case SurfaceEvaluation::Status::kOk:
+      return "ok";
+    case SurfaceEvaluation::Status::kEmptyReconstruction:
+      return "empty_reconstruction";
+    case SurfaceEvaluation::Status::kEmptyTruth:
+      return "empty_truth";
+    case SurfaceEvaluation::Status::kNothingSeen:
+      return "nothing_seen";
+  }
+  return "";
+}
+
+Json InspectionJson(const MeshInspection& m) {
+  return {{"vertices", m.num_vertices},
+          {"faces", m.num_faces},
+          {"edges", m.num_edges},
+          {"components", m.num_components},
+          {"border_edges", m.num_border_edges},
+          {"nonmanifold_edges", m.num_nonmanifold_edges},
+          {"nonmanifold_vertices", m.num_nonmanifold_vertices},
+          {"misoriented_edges", m.num_misoriented_edges},
+          {"degenerate_faces", m.num_degenerate_faces},
+          {"duplicate_faces", m.num_duplicate_faces},
+          {"unused_vertices", m.num_unused_vertices},
+          {"area", m.area},
+          {"manifold", m.IsManifold()},
+          {"closed", m.IsClosed()}};
+}
+
+Json StatisticsJson(const DistanceStatistics& s, double gsd) {
+  Json json = {{"points", s.num_points},
+               {"unseen_points", s.num_unseen},
+               {"shares", s.shares},
+               {"mean", s.mean},
+               {"median", s.median},
+               {"percentile_95", s.percentile_95}};
+  if (gsd > 0) {
+    json["mean_gsd"] = s.mean / gsd;
+    json["median_gsd"] = s.median / gsd;
+    json["percentile_95_gsd"] = s.percentile_95 / gsd;
+  }
+  return json;
+}
+
+Json SurfaceJson(const SurfaceEvaluation& e) {
+  Json json = {{"status", StatusName(e.status)},
+               {"kind", e.is_cloud ? "cloud" : "mesh"},
+               {"vertices", e.num_vertices},
+               {"faces", e.num_faces},
+               {"left_out_not_finite", e.num_not_finite},
+               {"unit_in_world", e.unit_in_world},
+               {"thresholds", e.thresholds},
+               {"accuracy", StatisticsJson(e.accuracy, e.gsd)},
+               {"completeness", StatisticsJson(e.completeness, e.gsd)},
+               {"f1", e.f1},
+               {"seconds",
+                {{"sampling", e.sampling_seconds},
+                 {"visibility", e.visibility_seconds},
+                 {"distances", e.distance_seconds}}}};
+  if (e.gsd > 0) json["gsd"] = e.gsd;
+  if (!e.message.empty()) json["message"] = e.message;
+  return json;
+}
+
+Json HistogramJson(const DepthErrorHistogram& h) {
+  return {{"view", h.name},
+          {"pixels", h.Total()},
+          {"bins", h.bins},
+          {"larger", h.num_larger},
+          {"missing", h.num_missing},
+          {"median_relative", h.median_relative}};
+}
+
+Json DepthErrorsJson(const DepthErrors& errors) {
+  Json json = {{"all", HistogramJson(errors.all)}, {"views", Json::array()}};
+  for (const DepthErrorHistogram& view : errors.views) json["views"].push_back(HistogramJson(view));
+  return json;
+}
+
+Json PhotometricJson(const PhotometricScore& score) {
+  Json json = {{"coverage", score.coverage},
+               {"mean_zncc", score.mean_zncc},
+               {"median_zncc", score.median_zncc},
+               {"score", score.score},
+               {"views", Json::array()}};
+  for (const PhotometricViewScore& view : score.views) {
+    json["views"].push_back({{"view", view.name},
+                             {"coverage", view.Coverage()},
+                             {"mean_zncc", view.MeanZncc()},
+                             {"score", view.Score()}});
+  }
+  return json;
+}
+
+std::string InspectionTable(const MeshInspection& m) {
+  return fmt::format(
+      "  {} vertices, {} faces, {} components; {}, {} border edges, {} non-manifold edges\n",
+      m.num_vertices, m.num_faces, m.num_components, m.IsManifold() ? "manifold" : "not manifold",
+      m.num_border_edges, m.num_nonmanifold_edges);
+}
+
+std::string StatisticsRow(const char* name, const DistanceStatistics& s, double unit) {
+  return fmt::format("  {:<14}{:>10.4g}{:>10.4g}{:>10.4g}   {} points ({} unseen)\n", name,
+                     s.mean / unit, s.median / unit, s.percentile_95 / unit, s.num_points,
+                     s.num_unseen);
+}
+
+std::string SurfaceTable(const SurfaceEvaluation& e) {
+  if (e.status != SurfaceEvaluation::Status::kOk) return fmt::format("  {}\n", e.message);
+  const bool in_gsd = e.gsd > 0 && e.unit_in_world == e.gsd;
+  std::string text = fmt::format("  unit: {} = {:.6g} in the unit of the files\n",
+                                 in_gsd ? "1 GSD (one pixel on the surface)" : "1", e.unit_in_world);
+  text += fmt::format("  {:<14}{:>10}{:>14}{:>10}\n", "within", "accuracy", "completeness", "F1");
+  for (size_t k = 0; k < e.thresholds.size(); ++k) {
+    text += fmt::format("  {:<14g}{:>10.4f}{:>14.4f}{:>10.4f}\n", e.thresholds[k],
+                        e.accuracy.shares[k], e.completeness.shares[k], e.f1[k]);
+  }
+  text += fmt::format("  {:<14}{:>10}{:>10}{:>10}\n", "distance", "mean", "median", "95 %");
+  text += StatisticsRow("accuracy", e.accuracy, e.unit_in_world);
+  text += StatisticsRow("completeness", e.completeness, e.unit_in_world);
+  if (e.num_not_finite > 0) {
+    text += fmt::format("  left out: {} {} that are not finite\n", e.num_not_finite,
+                        e.is_cloud ? "points" : "faces");
+  }
+  return text;
+}
+
+std::string HistogramRow(const DepthErrorHistogram& h) {
+  const int last = static_cast<int>(h.bins.size());
+  const double total = static_cast<double>(std::max<size_t>(1, h.Total()));
+  return fmt::format("  {:<24.24}{:>8.3f}{:>8.3f}{:>8.3f}{:>9.3f}{:>9.3f}{:>12.2e}\n", h.name,
+                     h.ShareBelow(std::min(1, last)), h.ShareBelow(std::min(3, last)),
+                     h.ShareBelow(last), static_cast<double>(h.num_larger) / total,
+                     static_cast<double>(h.num_missing) / total, h.median_relative);
+}
+
+std::string DepthErrorsTable(const DepthErrors& errors) {
+  const size_t num_bins = errors.all.bins.size();
+  std::string text = "  depth errors: share of the pixels that see the truth\n";
+  text += fmt::format("  {:<24}{:>8}{:>8}{:>8}{:>9}{:>9}{:>12}\n", "view", "< 1 s",
+                      fmt::format("< {} s", std::min<size_t>(3, num_bins)),
+                      fmt::format("< {} s", num_bins), "larger", "missing", "median rel.");
+  for (const DepthErrorHistogram& view : errors.views) text += HistogramRow(view);
+  return text + HistogramRow(errors.all);
+}
+
+std::string PhotometricTable(const PhotometricScore& score) {
+  std::string text =
+      fmt::format("  photos: coverage {:.4f}, mean ZNCC {:.4f}, median {:.4f}, score {:.4f}\n",
+                  score.coverage, score.mean_zncc, score.median_zncc, score.score);
+  for (const PhotometricViewScore& view : score.views) {
+    text += fmt::format("  {:<24.24}{:>10.4f}{:>10.4f}{:>10.4f}\n", view.name, view.Coverage(),
+                        view.MeanZncc(), view.Score());
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string ToJson(const MeshFigures& figures) {
+  Json json = {{"name", figures.name}};
+  if (figures.inspection) json["mesh"] = InspectionJson(*figures.inspection);
+  if (figures.surface) json["surface"] = SurfaceJson(*figures.surface);
+  if (figures.depth_errors) json["depth_errors"] = DepthErrorsJson(*figures.depth_errors);
+  if (figures.photometric) json["photometric"] = PhotometricJson(*figures.photometric);
+  return json.dump(2) + "\n";
+}
+
+std::string ToTable(const MeshFigures& figures) {
+  std::string text = figures.name + "\n";
+  if (figures.inspection) text += InspectionTable(*figures.inspection);
+  if (figures.surface) text += SurfaceTable(*figures.surface);
+  if (figures.depth_errors) text += DepthErrorsTable(*figures.depth_errors);
+  if (figures.photometric) text += PhotometricTable(*figures.photometric);
+  return text;
+}
+
+}  // namespace lsmvs
