@@ -17,9 +17,8 @@ struct FinitePoints {
   }
 };
 
-using Tree =
-    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, FinitePoints>,
-                                        FinitePoints, 3>;
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, FinitePoints>,
+                                                 FinitePoints, 3>;
 
 FinitePoints KeepFinite(const std::vector<Eigen::Vector3d>& points) {
   FinitePoints result;
@@ -33,7 +32,8 @@ FinitePoints KeepFinite(const std::vector<Eigen::Vector3d>& points) {
 }  // namespace
 
 struct ClosestPoints::State {
-  explicit State(const std::vector<Eigen::Vector3d>& all) : finite(KeepFinite(all)), tree(3, finite) {}
+  explicit State(const std::vector<Eigen::Vector3d>& all)
+      : finite(KeepFinite(all)), tree(3, finite) {}
   FinitePoints finite;
   Tree tree;
 };

@@ -43,12 +43,9 @@ Json InspectionJson(const MeshInspection& m) {
 }
 
 Json StatisticsJson(const DistanceStatistics& s, double gsd) {
-  Json json = {{"points", s.num_points},
-               {"unseen_points", s.num_unseen},
-               {"shares", s.shares},
-               {"mean", s.mean},
-               {"median", s.median},
-               {"percentile_95", s.percentile_95}};
+  Json json = {{"points", s.num_points}, {"unseen_points", s.num_unseen},
+               {"shares", s.shares},     {"mean", s.mean},
+               {"median", s.median},     {"percentile_95", s.percentile_95}};
   if (gsd > 0) {
     json["mean_gsd"] = s.mean / gsd;
     json["median_gsd"] = s.median / gsd;
@@ -78,12 +75,9 @@ Json SurfaceJson(const SurfaceEvaluation& e) {
 }
 
 Json HistogramJson(const DepthErrorHistogram& h) {
-  return {{"view", h.name},
-          {"pixels", h.Total()},
-          {"bins", h.bins},
-          {"larger", h.num_larger},
-          {"missing", h.num_missing},
-          {"median_relative", h.median_relative}};
+  return {{"view", h.name},           {"pixels", h.Total()},
+          {"bins", h.bins},           {"larger", h.num_larger},
+          {"missing", h.num_missing}, {"median_relative", h.median_relative}};
 }
 
 Json DepthErrorsJson(const DepthErrors& errors) {
@@ -123,8 +117,9 @@ std::string StatisticsRow(const char* name, const DistanceStatistics& s, double 
 std::string SurfaceTable(const SurfaceEvaluation& e) {
   if (e.status != SurfaceEvaluation::Status::kOk) return fmt::format("  {}\n", e.message);
   const bool in_gsd = e.gsd > 0 && e.unit_in_world == e.gsd;
-  std::string text = fmt::format("  unit: {} = {:.6g} in the unit of the files\n",
-                                 in_gsd ? "1 GSD (one pixel on the surface)" : "1", e.unit_in_world);
+  std::string text =
+      fmt::format("  unit: {} = {:.6g} in the unit of the files\n",
+                  in_gsd ? "1 GSD (one pixel on the surface)" : "1", e.unit_in_world);
   text += fmt::format("  {:<14}{:>10}{:>14}{:>10}\n", "within", "accuracy", "completeness", "F1");
   for (size_t k = 0; k < e.thresholds.size(); ++k) {
     text += fmt::format("  {:<14g}{:>10.4f}{:>14.4f}{:>10.4f}\n", e.thresholds[k],

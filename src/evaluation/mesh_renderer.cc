@@ -184,8 +184,7 @@ class Renderer {
   // The depths of 1 % and 99 % of a coarse grid of pixels.
   void SetDepthRange() {
     const PinholeCamera coarse = viewpoint_.camera.Resized(64, 64);
-    const Raster<float> map =
-        TraceDepth(tracer_, coarse, viewpoint_.cam_from_world, RunContext(1));
+    const Raster<float> map = TraceDepth(tracer_, coarse, viewpoint_.cam_from_world, RunContext(1));
     std::vector<float> depths;
     for (const float depth : map.pixels) {
       if (depth > 0) depths.push_back(depth);
@@ -273,13 +272,14 @@ Viewpoint TurntableViewpoint(const TriangleMesh& mesh, const Eigen::Vector3d& up
         std::max(std::abs(x.x()) * focal / half_width, std::abs(x.y()) * focal / half_height);
     distance = std::max(distance, needed - x.z());
   }
-  viewpoint.cam_from_world =
-      Rigid3(rotation, -rotation * box.center() + Eigen::Vector3d(0, 0, distance * distance_factor));
+  viewpoint.cam_from_world = Rigid3(
+      rotation, -rotation * box.center() + Eigen::Vector3d(0, 0, distance * distance_factor));
   return viewpoint;
 }
 
-ColorImage RenderMesh(const TriangleMesh& mesh, const MeshTracer& tracer, const Viewpoint& viewpoint,
-                      const RenderOptions& options, const RunContext& context) {
+ColorImage RenderMesh(const TriangleMesh& mesh, const MeshTracer& tracer,
+                      const Viewpoint& viewpoint, const RenderOptions& options,
+                      const RunContext& context) {
   std::string error;
   if (!options.Check(&error)) throw UsageError(error);
   const Renderer renderer(mesh, tracer, viewpoint, options);

@@ -21,8 +21,8 @@ struct Triangle {
   Eigen::Vector3d a, b, c;
 };
 
-// Closest point of a triangle by the Voronoi regions of its corners, edges and inside (Ericson, Real-Time Collision
-// Detection, 2005, 5.1.5).
+// Closest point of a triangle by the Voronoi regions of its corners, edges and inside (Ericson,
+// Real-Time Collision Detection, 2005, 5.1.5).
 Eigen::Vector3d ClosestOnTriangle(const Eigen::Vector3d& p, const Triangle& t) {
   const Eigen::Vector3d ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a, bp = p - t.b, cp = p - t.c;
   const double d1 = ab.dot(ap), d2 = ac.dot(ap);
@@ -117,7 +117,8 @@ struct MeshTracer::State {
     if (num_left_out == 0) face_of_triangle = {};
     vertices.reserve(mesh.vertices.size() + 1);
     for (const Eigen::Vector3d& x : mesh.vertices) {
-      vertices.push_back(x.allFinite() ? (x - center).cast<float>() : Eigen::Vector3f::Zero());
+      vertices.emplace_back(Eigen::Vector3f::Zero());
+      if (x.allFinite()) vertices.back() = (x - center).cast<float>();
     }
     vertices.push_back(Eigen::Vector3f::Zero());  // Embree reads 16 bytes a vertex
   }

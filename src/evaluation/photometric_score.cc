@@ -53,8 +53,8 @@ struct Fields {
   GrayImage share, mean_own, mean_warped, own_squared, warped_squared, cross;
 };
 
-// Warps the neighbour's photo into the view through the surface. mask = 1 where it sees the surface; own and warped are
-// multiplied with it.
+// Warps the neighbour's photo into the view through the surface. mask = 1 where it sees the
+// surface; own and warped are multiplied with it.
 void Warp(const LevelView& view, const GrayImage& image, const LevelView& neighbor,
           const GrayImage& neighbor_image, double depth_tolerance, Fields* fields) {
   const int width = image.width, height = image.height;
@@ -108,10 +108,11 @@ void CorrelateInto(const PhotometricOptions& options, Fields* fields, GrayImage*
     if (own_variance <= options.min_variance) continue;
     const double warped_variance = f.warped_squared.pixels[i] / share - warped * warped;
     const double covariance = f.cross.pixels[i] / share - own * warped;
-    const double zncc = covariance / std::sqrt(std::max(own_variance, floor) *
-                                               std::max(warped_variance, floor));
+    const double zncc =
+        covariance / std::sqrt(std::max(own_variance, floor) * std::max(warped_variance, floor));
     float& value = best->pixels[i];
-    // A surface that a neighbour sees but that correlates negatively counts as wrong, not as worse than wrong.
+    // A surface that a neighbour sees but that correlates negatively counts as wrong, not as worse
+    // than wrong.
     value = std::max(std::isnan(value) ? 0.0f : value, static_cast<float>(zncc));
   }
 }
@@ -142,14 +143,14 @@ class Scorer {
     for (int i = 0; i < scene.num_views(); ++i) {
       const View& view = scene.views[i];
       views_.push_back({images.Camera(i, options.level), view.cam_from_world, {}});
-      views_.back().depth =
-          TraceDepth(tracer, views_.back().camera, view.cam_from_world, context);
+      views_.back().depth = TraceDepth(tracer, views_.back().camera, view.cam_from_world, context);
     }
   }
 
   const std::vector<LevelView>& views() const { return views_; }
 
-  // Best ZNCC a pixel, NaN where no neighbour sees the surface; `values` gets those of textured pixels.
+  // Best ZNCC a pixel, NaN where no neighbour sees the surface; `values` gets those of textured
+  // pixels.
   GrayImage Score(int view_idx, PhotometricViewScore* score, std::vector<float>* values) const {
     const auto image = images_.Gray(view_idx, options_.level);
     const auto mask = images_.Mask(view_idx, options_.level);

@@ -264,17 +264,16 @@ SurfaceEvaluation SurfaceEvaluator::Evaluate(const TriangleMesh& reconstruction,
   context.Report(0.5);
 
   const double max_distance = s.options.max_distance * s.unit;
-  result.accuracy = s.Measure(
-      Distances(points, context, [&](const Eigen::Vector3d& x) { return s.ToTruth(x); }),
-      drawn.size());
+  result.accuracy =
+      s.Measure(Distances(points, context, [&](const Eigen::Vector3d& x) { return s.ToTruth(x); }),
+                drawn.size());
   if (result.is_cloud) {
     const ClosestPoints cloud(reconstruction.vertices);
     result.num_not_finite = CountNotFinite(reconstruction.vertices);
-    result.completeness = s.Measure(Distances(s.true_points, context,
-                                              [&](const Eigen::Vector3d& x) {
-                                                return cloud.Distance(x, max_distance);
-                                              }),
-                                    s.num_drawn);
+    result.completeness = s.Measure(
+        Distances(s.true_points, context,
+                  [&](const Eigen::Vector3d& x) { return cloud.Distance(x, max_distance); }),
+        s.num_drawn);
   } else {
     result.num_not_finite = tracer->num_left_out();
     result.completeness = s.Measure(Distances(s.true_points, context,

@@ -8,7 +8,8 @@ namespace lsmvs {
 
 namespace {
 
-// Mixes a counter to 64 random bits (splitmix64): the i-th number needs no state, so that points can be drawn in any order.
+// Mixes a counter to 64 random bits (splitmix64): the i-th number needs no state, so that points
+// can be drawn in any order.
 uint64_t Mix(uint64_t x) {
   x += 0x9e3779b97f4a7c15u;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
