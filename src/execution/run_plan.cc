@@ -1,0 +1,214 @@
+#include "lsmvs/execution/run_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "lsmvs/util/error.h"
+#include "lsmvs/util/hash.h"
+
+namespace lsmvs {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// What is known of a task before it is decided whether it is needed.
+struct Finding {
+  bool foreign_used = false;
+  std::string conflict;  // a foreign file that is in the way
+  bool outputs_missing = false;
+  std::string reason;  // empty: up to date, but for outputs that are missing
+};
+
+class Planner {
+ public:
+  Planner(const std::vector<Task>& tasks, const PlanOptions& options, RunStore* store)
+      : tasks_(tasks), options_(options), store_(*store), findings_(tasks.size()) {
+    for (size_t i = 0; i < tasks.size(); ++i) {
+      for (const fs::path& output : tasks[i].outputs) producer_[Key(output)] = i;
+    }
+  }
+
+  RunPlan Plan() {
+    for (size_t i = 0; i < tasks_.size(); ++i) findings_[i] = Examine(tasks_[i]);
+    RunPlan plan;
+    plan.tasks.resize(tasks_.size());
+    needed_.assign(tasks_.size(), false);
+    for (size_t i = tasks_.size(); i-- > 0;) plan.tasks[i] = Decide(i);
+    return plan;
+  }
+
+ private:
+  std::string Key(const fs::path& path) { return store_.files().Key(path); }
+
+  Finding Examine(const Task& task) {
+    Finding finding;
+    size_t num_foreign = 0, num_missing = 0;
+    for (const fs::path& output : task.outputs) {
+      if (!fs::exists(output)) {
+        ++num_missing;
+      } else if (store_.files().MadeBy(output).empty()) {
+        ++num_foreign;
+        finding.conflict = output.string();
+      }
+    }
+    if (options_.overwrite && num_foreign > 0) {
+      finding.conflict.clear();
+      finding.reason = "--overwrite replaces what is there";
+      return finding;
+    }
+    finding.outputs_missing = num_missing > 0;
+    finding.foreign_used =
+        num_foreign > 0 && num_missing == 0 && task.foreign_outputs == ForeignOutputs::kUse;
+    if (finding.foreign_used) {
+      finding.conflict.clear();
+    } else {
+      finding.reason = Staleness(task);
+    }
+    return finding;
+  }
+
+  // Compares with the record. Inputs that are not there yet are known by their makers.
+  std::string Staleness(const Task& task) {
+    const auto found = store_.tasks().find(task.name);
+    if (found == store_.tasks().end()) return "new";
+    const TaskRecord& record = found->second;
+    if (record.version != task.version) return "the method is a newer version";
+    if (record.options != task.options) return "options changed";
+    const std::optional<std::string> inputs = ForeseenInputsHash(task);
+    if (!inputs) return "its input is made anew";
+    if (record.inputs_hash != *inputs) return "input changed";
+    return AllOutputsKnown(task) ? "" : "its result is not on record";
+  }
+
+  bool AllOutputsKnown(const Task& task) {
+    return std::all_of(task.outputs.begin(), task.outputs.end(), [&](const fs::path& output) {
+      return !store_.files().RecordedHash(output).empty();
+    });
+  }
+
+  std::optional<std::string> ForeseenInputsHash(const Task& task) {
+    Hasher hasher;
+    for (const fs::path& input : task.inputs) {
+      const std::optional<std::string> hash = ForeseenHash(input);
+      if (!hash) return std::nullopt;
+      hasher.Update(Key(input)).Update(*hash);
+    }
+    return hasher.HexDigest();
+  }
+
+  // Hash that a file has or will have; nothing if that cannot be known yet.
+  std::optional<std::string> ForeseenHash(const fs::path& input) {
+    const auto made = producer_.find(Key(input));
+    if (made != producer_.end()) {
+      const Finding& finding = findings_[made->second];
+      if (!finding.foreign_used && !finding.reason.empty()) return std::nullopt;
+      if (!fs::exists(input)) return store_.files().RecordedHash(input);
+    }
+    return store_.files().Hash(input);
+  }
+
+  PlannedTask Decide(size_t i) {
+    const Task& task = tasks_[i];
+    const Finding& finding = findings_[i];
+    if (!task.wanted && !needed_[i]) return {TaskState::kNotNeeded, ""};
+    if (!finding.conflict.empty()) ThrowConflict(finding.conflict);
+    if (finding.foreign_used) return {TaskState::kForeign, ""};
+    if (finding.reason.empty() && !finding.outputs_missing) return {TaskState::kUpToDate, ""};
+    for (const fs::path& input : task.inputs) {
+      const auto made = producer_.find(Key(input));
+      if (made != producer_.end()) {
+        needed_[made->second] = true;
+      } else {
+        StampOf(input);  // throws if it is missing
+      }
+    }
+    return {TaskState::kRun, finding.reason.empty() ? "its result is missing" : finding.reason};
+  }
+
+  [[noreturn]] static void ThrowConflict(const std::string& path) {
+    throw Error(ExitCode::kOverwrite,
+                path +
+                    ": is there already and was not made by this program (or was changed since); "
+                    "move it away, or give --overwrite to replace it");
+  }
+
+  const std::vector<Task>& tasks_;
+  const PlanOptions& options_;
+  RunStore& store_;
+  std::map<std::string, size_t> producer_;
+  std::vector<Finding> findings_;
+  std::vector<bool> needed_;
+};
+
+void Count(const PlannedTask& planned, const Task& task, PlannedStage* stage) {
+  if (planned.state == TaskState::kUpToDate) ++stage->num_up_to_date;
+  if (planned.state == TaskState::kForeign) ++stage->num_foreign;
+  if (planned.state != TaskState::kRun) return;
+  if (stage->num_run++ == 0) stage->reason = planned.reason;
+  stage->cost.cpu_seconds += task.cost.cpu_seconds;
+  stage->cost.peak_bytes = std::max(stage->cost.peak_bytes, task.cost.peak_bytes);
+}
+
+std::vector<PlannedStage> SumUp(const std::vector<Task>& tasks,
+                                const std::vector<PlannedTask>& planned) {
+  std::vector<PlannedStage> stages;
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    if (stages.empty() || stages.back().name != tasks[i].stage) {
+      stages.push_back({});
+      stages.back().name = tasks[i].stage;
+      stages.back().begin = i;
+    }
+    stages.back().end = i + 1;
+    Count(planned[i], tasks[i], &stages.back());
+  }
+  return stages;
+}
+
+}  // namespace
+
+CostEstimate RunPlan::Cost() const {
+  CostEstimate total;
+  for (const PlannedStage& stage : stages) {
+    total.cpu_seconds += stage.cost.cpu_seconds;
+    total.peak_bytes = std::max(total.peak_bytes, stage.cost.peak_bytes);
+  }
+  return total;
+}
+
+size_t RunPlan::NumToRun() const {
+  size_t count = 0;
+  for (const PlannedStage& stage : stages) count += stage.num_run;
+  return count;
+}
+
+RunPlan PlanRun(const std::vector<Task>& tasks, const PlanOptions& options, RunStore* store) {
+  RunPlan plan = Planner(tasks, options, store).Plan();
+  plan.stages = SumUp(tasks, plan.tasks);
+  return plan;
+}
+
+std::string HashInputs(const Task& task, FileTable* files) {
+  Hasher hasher;
+  for (const fs::path& input : task.inputs) {
+    hasher.Update(files->Key(input)).Update(files->Hash(input));
+  }
+  return hasher.HexDigest();
+}
+
+std::string ReasonToRun(const Task& task, RunStore* store) {
+  const auto found = store->tasks().find(task.name);
+  if (found == store->tasks().end()) return "new";
+  const TaskRecord& record = found->second;
+  if (record.version != task.version || record.options != task.options) return "options changed";
+  if (record.inputs_hash != HashInputs(task, &store->files())) return "input changed";
+  for (const fs::path& output : task.outputs) {
+    if (store->files().MadeBy(output) != task.name) return "its result is missing";
+  }
+  return "";
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "lsmvs/execution/run_store.h"
+#include "lsmvs/execution/task.h"
+
+namespace lsmvs {
+
+enum class TaskState {
+  kRun,        // something changed or is missing
+  kUpToDate,   // inputs, options and version are those of the results that are there
+  kForeign,    // somebody else's files stand in the place of the outputs and are used
+  kNotNeeded,  // nobody wants the outputs
+};
+
+struct PlannedTask {
+  TaskState state = TaskState::kNotNeeded;
+  std::string reason;  // of kRun: "new", "options changed", "input changed", ...
+};
+
+struct PlannedStage {
+  std::string name;
+  size_t begin = 0, end = 0;  // its tasks' positions
+  size_t num_run = 0, num_up_to_date = 0, num_foreign = 0;
+  std::string reason;  // of the first task that runs
+  CostEstimate cost;   // of the tasks that run: sum of times, highest memory
+};
+
+struct RunPlan {
+  std::vector<PlannedTask> tasks;  // one for each task given, in that order
+  std::vector<PlannedStage> stages;
+
+  // Time summed over the stages, highest memory of one.
+  CostEstimate Cost() const;
+  size_t NumToRun() const;
+};
+
+struct PlanOptions {
+  // Replace files that are not ours instead of using or refusing them.
+  bool overwrite = false;
+};
+
+// Decides what to run: a task whose outputs are wanted, or needed by a task that runs, unless they
+// are up to date. Intermediate files that are gone count as they were while their task is
+// unchanged, so that they may be deleted to save space. Tasks come in an order in which they can
+// run; those of one stage are neighbours. Throws Error(kOverwrite) where a foreign file is in the
+// way, InputError where an input is missing. Reads new or changed input files once, to hash them.
+RunPlan PlanRun(const std::vector<Task>& tasks, const PlanOptions& options, RunStore* store);
+
+// The hash that TaskRecord::inputs_hash holds, from the files as they are on disk.
+std::string HashInputs(const Task& task, FileTable* files);
+
+// Why the task has to run, all its inputs being there; empty if it is up to date.
+std::string ReasonToRun(const Task& task, RunStore* store);
+
+}  // namespace lsmvs

@@ -1,0 +1,186 @@
+#include "lsmvs/execution/run_record.h"
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "lsmvs/util/atomic_file.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kFormat = 1;
+
+// "name=value" lines as an object, so that people can read them.
+Json OptionsToJson(const std::string& options) {
+  Json json = Json::object();
+  std::istringstream lines(options);
+  std::string line;
+  while (std::getline(lines, line)) {
+    const size_t split = line.find('=');
+    if (split == std::string::npos) continue;
+    json[line.substr(0, split)] = line.substr(split + 1);
+  }
+  return json;
+}
+
+std::string OptionsFromJson(const Json& json) {
+  std::string options;
+  for (const auto& [name, value] : json.items()) {
+    options += name + "=" + value.get<std::string>() + "\n";
+  }
+  return options;
+}
+
+Json ToJson(const TaskRecord& task) {
+  return {{"inputs_hash", task.inputs_hash}, {"outputs", task.outputs},
+          {"seconds", task.seconds},         {"cpu_seconds", task.cpu_seconds},
+          {"peak_bytes", task.peak_bytes},   {"num_threads", task.num_threads},
+          {"finished", task.finished},       {"counts", task.counts}};
+}
+
+TaskRecord TaskFromJson(const Json& json) {
+  TaskRecord task;
+  task.inputs_hash = json.at("inputs_hash").get<std::string>();
+  task.outputs = json.at("outputs").get<std::vector<std::string>>();
+  task.seconds = json.at("seconds").get<double>();
+  task.cpu_seconds = json.at("cpu_seconds").get<double>();
+  task.peak_bytes = json.at("peak_bytes").get<uint64_t>();
+  task.num_threads = json.at("num_threads").get<int>();
+  task.finished = json.at("finished").get<std::string>();
+  task.counts = json.at("counts").get<TaskCounts>();
+  return task;
+}
+
+Json ToJson(const FileTable::Entry& entry) {
+  Json json = {
+      {"size", entry.stamp.size}, {"mtime_ns", entry.stamp.mtime_ns}, {"hash", entry.hash}};
+  if (!entry.made_by.empty()) json["made_by"] = entry.made_by;
+  return json;
+}
+
+FileTable::Entry EntryFromJson(const Json& json) {
+  return {{json.at("size").get<uint64_t>(), json.at("mtime_ns").get<int64_t>()},
+          json.at("hash").get<std::string>(),
+          json.value("made_by", std::string())};
+}
+
+// Tasks of a stage that share version and options are one group; there is more than one only if
+// some are stale.
+Json* FindGroup(Json* groups, const std::string& version, const Json& options) {
+  for (Json& group : *groups) {
+    if (group["version"] == version && group["options"] == options) return &group;
+  }
+  groups->push_back({{"version", version},
+                     {"options", options},
+                     {"seconds", 0.0},
+                     {"cpu_seconds", 0.0},
+                     {"peak_bytes", uint64_t{0}},
+                     {"counts", Json::object()},
+                     {"tasks", Json::object()}});
+  return &groups->back();
+}
+
+void AddToTotals(const TaskRecord& task, Json* group) {
+  (*group)["seconds"] = (*group)["seconds"].get<double>() + task.seconds;
+  (*group)["cpu_seconds"] = (*group)["cpu_seconds"].get<double>() + task.cpu_seconds;
+  (*group)["peak_bytes"] = std::max((*group)["peak_bytes"].get<uint64_t>(), task.peak_bytes);
+  for (const auto& [name, count] : task.counts) {
+    (*group)["counts"][name] = (*group)["counts"].value(name, 0.0) + count;
+  }
+}
+
+void AddTask(const std::string& name, const TaskRecord& task, Json* stages) {
+  Json& groups = (*stages)[task.stage];
+  if (groups.is_null()) groups = Json::array();
+  Json* group = FindGroup(&groups, task.version, OptionsToJson(task.options));
+  AddToTotals(task, group);
+  (*group)["tasks"][name] = ToJson(task);
+}
+
+Json StagesToJson(const std::map<std::string, TaskRecord>& tasks) {
+  Json stages = Json::object();
+  for (const auto& [name, task] : tasks) AddTask(name, task, &stages);
+  return stages;
+}
+
+void StagesFromJson(const Json& stages, std::map<std::string, TaskRecord>* tasks) {
+  for (const auto& [stage, groups] : stages.items()) {
+    for (const Json& group : groups) {
+      for (const auto& [name, json] : group.at("tasks").items()) {
+        TaskRecord task = TaskFromJson(json);
+        task.stage = stage;
+        task.version = group.at("version").get<std::string>();
+        task.options = OptionsFromJson(group.at("options"));
+        tasks->emplace(name, std::move(task));
+      }
+    }
+  }
+}
+
+Json ToJson(const PublishingRecord& publishing) {
+  Json files = Json::array();
+  for (const FileTable::Entry& entry : publishing.files) files.push_back(ToJson(entry));
+  return {{"name", publishing.name},
+          {"stage", publishing.task.stage},
+          {"version", publishing.task.version},
+          {"options", OptionsToJson(publishing.task.options)},
+          {"task", ToJson(publishing.task)},
+          {"files", files}};
+}
+
+PublishingRecord PublishingFromJson(const Json& json) {
+  PublishingRecord publishing;
+  publishing.name = json.at("name").get<std::string>();
+  publishing.task = TaskFromJson(json.at("task"));
+  publishing.task.stage = json.at("stage").get<std::string>();
+  publishing.task.version = json.at("version").get<std::string>();
+  publishing.task.options = OptionsFromJson(json.at("options"));
+  for (const Json& entry : json.at("files")) publishing.files.push_back(EntryFromJson(entry));
+  if (publishing.files.size() != publishing.task.outputs.size()) {
+    throw std::invalid_argument("as many files as outputs expected");
+  }
+  return publishing;
+}
+
+void FromJson(const Json& json, RunRecord* record) {
+  if (json.at("format").get<int>() != kFormat) throw std::invalid_argument("unknown format");
+  record->program = json.at("program").get<std::string>();
+  StagesFromJson(json.at("stages"), &record->tasks);
+  for (const auto& [key, entry] : json.at("files").items()) {
+    record->files.entries().emplace(key, EntryFromJson(entry));
+  }
+  if (json.contains("publishing")) record->publishing = PublishingFromJson(json["publishing"]);
+}
+
+}  // namespace
+
+RunRecord ReadRunRecord(const std::filesystem::path& path, const std::filesystem::path& root) {
+  RunRecord record(root);
+  if (!std::filesystem::exists(path)) return record;
+  std::ifstream file(path);
+  try {
+    FromJson(Json::parse(file), &record);
+  } catch (const std::exception& error) {
+    throw InputError(path.string(),
+                     std::string("is not a run record of this program: ") + error.what(),
+                     "delete it to start anew; results that are there then count as yours");
+  }
+  return record;
+}
+
+void WriteRunRecord(const std::filesystem::path& path, const RunRecord& record) {
+  Json json = {
+      {"format", kFormat}, {"program", record.program}, {"stages", StagesToJson(record.tasks)}};
+  Json& files = json["files"] = Json::object();
+  for (const auto& [key, entry] : record.files.entries()) files[key] = ToJson(entry);
+  if (record.publishing) json["publishing"] = ToJson(*record.publishing);
+  WriteFileAtomically(path, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace lsmvs

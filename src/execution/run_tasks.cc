@@ -1,0 +1,159 @@
+#include "lsmvs/execution/run_tasks.h"
+
+#include <fmt/chrono.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+
+#include "lsmvs/util/check.h"
+#include "lsmvs/util/memory.h"
+
+namespace lsmvs {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double SecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+double CpuSeconds() {
+  rusage usage = {};
+  ::getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+std::string Now() {
+  const std::time_t now = std::time(nullptr);
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now));
+}
+
+// Removes what a task has staged, unless it was published.
+class StagingGuard {
+ public:
+  StagingGuard(const Task& task, const RunStore& store) : task_(task), store_(store) {
+    store_.PrepareStaging(task_);
+  }
+  ~StagingGuard() { store_.DropStaging(task_); }
+  StagingGuard(const StagingGuard&) = delete;
+  StagingGuard& operator=(const StagingGuard&) = delete;
+
+ private:
+  const Task& task_;
+  const RunStore& store_;
+};
+
+void RunTask(const Task& task, RunStore* store, const RunContext& context) {
+  TaskRecord record;
+  record.stage = task.stage;
+  record.version = task.version;
+  record.options = task.options;
+  record.inputs_hash = HashInputs(task, &store->files());
+  record.num_threads = context.num_threads();
+  std::vector<std::filesystem::path> staged;
+  for (const auto& output : task.outputs) staged.push_back(store->StagedPath(output));
+  const StagingGuard guard(task, *store);
+  ResetPeakResidentBytes();
+  const Clock::time_point begin = Clock::now();
+  const double cpu_begin = CpuSeconds();
+  record.counts = task.run({context, staged});
+  record.seconds = SecondsSince(begin);
+  record.cpu_seconds = CpuSeconds() - cpu_begin;
+  record.peak_bytes = PeakResidentBytes();
+  record.finished = Now();
+  store->Publish(task, std::move(record));
+}
+
+double Weight(const Task& task) { return std::max(task.cost.cpu_seconds, 1e-6); }
+
+class StageRunner {
+ public:
+  StageRunner(const std::vector<Task>& tasks, const RunPlan& plan, const PlannedStage& stage,
+              RunStore* store, const RunContext& context)
+      : tasks_(tasks), plan_(plan), stage_(stage), store_(*store), context_(context) {
+    for (size_t i = stage.begin; i < stage.end; ++i) total_ += Weight(tasks[i]);
+  }
+
+  double FractionDone() const {
+    double to_run = 0;
+    for (size_t i = stage_.begin; i < stage_.end; ++i) {
+      if (Runs(i)) to_run += Weight(tasks_[i]);
+    }
+    return 1 - to_run / total_;
+  }
+
+  StageSummary Run() {
+    StageSummary summary;
+    summary.name = stage_.name;
+    summary.num_up_to_date = stage_.num_up_to_date;
+    summary.num_foreign = stage_.num_foreign;
+    const Clock::time_point begin = Clock::now();
+    double done = FractionDone();
+    for (size_t i = stage_.begin; i < stage_.end; ++i) {
+      if (!Runs(i)) continue;
+      const double next = std::min(1.0, done + Weight(tasks_[i]) / total_);
+      RunOne(tasks_[i], context_.Part(done, next), &summary);
+      done = next;
+    }
+    summary.seconds = SecondsSince(begin);
+    AddCounts(&summary);
+    return summary;
+  }
+
+ private:
+  bool Runs(size_t i) const { return plan_.tasks[i].state == TaskState::kRun; }
+
+  void RunOne(const Task& task, const RunContext& part, StageSummary* summary) {
+    part.ThrowIfCancelled();
+    if (ReasonToRun(task, &store_).empty()) {
+      ++summary->num_up_to_date;
+    } else {
+      RunTask(task, &store_, part);
+      ++summary->num_ran;
+      summary->peak_bytes =
+          std::max<uint64_t>(summary->peak_bytes, store_.tasks().at(task.name).peak_bytes);
+    }
+    part.Report(1.0);
+  }
+
+  void AddCounts(StageSummary* summary) const {
+    for (size_t i = stage_.begin; i < stage_.end; ++i) {
+      const auto found = store_.tasks().find(tasks_[i].name);
+      if (found == store_.tasks().end()) continue;
+      for (const auto& [name, count] : found->second.counts) summary->counts[name] += count;
+    }
+  }
+
+  const std::vector<Task>& tasks_;
+  const RunPlan& plan_;
+  const PlannedStage& stage_;
+  RunStore& store_;
+  const RunContext& context_;
+  double total_ = 0;
+};
+
+}  // namespace
+
+std::vector<StageSummary> RunTasks(const std::vector<Task>& tasks, const RunPlan& plan,
+                                   RunStore* store, RunObserver* observer,
+                                   const RunContext& context) {
+  LSMVS_CHECK_EQ(tasks.size(), plan.tasks.size());
+  std::vector<StageSummary> summaries;
+  for (const PlannedStage& stage : plan.stages) {
+    if (stage.num_run == 0) continue;
+    StageRunner runner(tasks, plan, stage, store, context);
+    observer->OnStageBegin(stage, runner.FractionDone());
+    summaries.push_back(runner.Run());
+    observer->OnStageEnd(summaries.back());
+  }
+  store->Save();
+  return summaries;
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "lsmvs/util/cost_estimate.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+// Figures that a task reports, for the run record: "points" -> 123456.
+using TaskCounts = std::map<std::string, double>;
+
+// What to do with output files that are there but were not made by us.
+enum class ForeignOutputs {
+  kRefuse,  // stop with ExitCode::kOverwrite
+  kUse,     // if all outputs are there, they take the place of the task's; if only some are, refuse
+};
+
+// What a task runs with.
+struct TaskRun {
+  const RunContext& context;
+  // Where to write: one path for each of Task::outputs, in that order, of the same file name. The
+  // files appear under their own names, all together, when the task has returned.
+  const std::vector<std::filesystem::path>& outputs;
+};
+
+// A step of a run: files in, files out. What it computes must depend on nothing but the contents of
+// `inputs`, `options` and `version`; then a rerun may skip it, and a run that was killed ends with
+// the same bytes as one that was not.
+struct Task {
+  std::string stage;  // tasks of a stage follow each other and share a line in the plan and the
+                      // progress: "stereo_fusion"
+  std::string name;   // unique in a run: "stereo_fusion", "patch_match_stereo/geometric/IMG_1.jpg"
+  std::string version;                         // of the method: another one makes old results stale
+  std::string options;                         // "name=value" lines (OptionSet::ToText)
+  std::vector<std::filesystem::path> inputs;   // exist when the task starts
+  std::vector<std::filesystem::path> outputs;  // of no other task
+  ForeignOutputs foreign_outputs = ForeignOutputs::kRefuse;
+  // Somebody wants the outputs themselves. Other tasks only run when one that is wanted needs their
+  // outputs.
+  bool wanted = true;
+  CostEstimate cost;
+  std::function<TaskCounts(const TaskRun&)> run;
+};
+
+}  // namespace lsmvs

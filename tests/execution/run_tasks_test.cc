@@ -1,0 +1,238 @@
+#include "lsmvs/execution/run_tasks.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "lsmvs/test_support/temporary_folder.h"
+#include "lsmvs/util/error.h"
+#include "text_tasks.h"
+
+namespace lsmvs {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// photo -> a (two files) -> b -> c, each a stage.
+class Chain : public testing::Test {
+ protected:
+  Chain() { WriteText(root() / "photo", "light"); }
+
+  const std::filesystem::path& root() const { return folder_.path(); }
+
+  std::vector<Task> Tasks() {
+    std::vector<Task> tasks = {
+        TextTask("a", {root() / "photo"}, {root() / "a1", root() / "sub/a2"}, &calls_[0]),
+        TextTask("b", {root() / "a1", root() / "sub/a2"}, {root() / "b"}, &calls_[1]),
+        TextTask("c", {root() / "b"}, {root() / "c"}, &calls_[2])};
+    tasks[0].wanted = false;
+    tasks[0].foreign_outputs = tasks[1].foreign_outputs = ForeignOutputs::kUse;
+    return tasks;
+  }
+
+  // Runs and returns how often each task was called.
+  std::vector<int> Run(const std::vector<Task>& tasks, bool overwrite = false) {
+    calls_ = {0, 0, 0};
+    RunStore store(root(), "test 1");
+    observer_ = {};
+    const RunPlan plan = PlanRun(tasks, {overwrite}, &store);
+    RunTasks(tasks, plan, &store, &observer_, RunContext(1));
+    return {calls_.begin(), calls_.end()};
+  }
+  std::vector<int> Run() { return Run(Tasks()); }
+
+  std::string Result() const { return ReadText(root() / "c"); }
+
+  TemporaryFolder folder_;
+  std::array<int, 3> calls_ = {};
+  SilentObserver observer_;
+};
+
+constexpr const char* kExpected = "c(b(a(light)#0a(light)#1)#0)#0";
+
+TEST_F(Chain, RunsInOrderAndThenNotAgain) {
+  EXPECT_THAT(Run(), ElementsAre(1, 1, 1));
+  EXPECT_EQ(Result(), kExpected);
+  EXPECT_THAT(observer_.begun, ElementsAre("a", "b", "c"));
+  EXPECT_EQ(observer_.ended[0].counts.at("files"), 2);
+  EXPECT_THAT(Run(), ElementsAre(0, 0, 0));
+  EXPECT_TRUE(observer_.begun.empty());
+  EXPECT_FALSE(std::filesystem::exists(root() / "lsmvs/staging"));
+}
+
+TEST_F(Chain, ChangedInputRunsWhatDependsOnIt) {
+  Run();
+  WriteText(root() / "photo", "dark");
+  EXPECT_THAT(Run(), ElementsAre(1, 1, 1));
+  EXPECT_EQ(Result(), "c(b(a(dark)#0a(dark)#1)#0)#0");
+}
+
+TEST_F(Chain, TouchedInputOfTheSameBytesRunsNothing) {
+  Run();
+  WriteText(root() / "photo", "light");
+  EXPECT_THAT(Run(), ElementsAre(0, 0, 0));
+}
+
+TEST_F(Chain, ChangedOptionsOrVersionRunTheTaskAndWhatFollows) {
+  Run();
+  std::vector<Task> tasks = Tasks();
+  tasks[1].options = "word=b\nmore=1\n";
+  EXPECT_THAT(Run(tasks), ElementsAre(0, 1, 0));  // b gives the same bytes: c is skipped after all
+  tasks[2].version = "2";
+  EXPECT_THAT(Run(tasks), ElementsAre(0, 0, 1));
+  EXPECT_THAT(Run(tasks), ElementsAre(0, 0, 0));
+}
+
+TEST_F(Chain, DeletedIntermediateFilesAreNotMissed) {
+  Run();
+  std::filesystem::remove(root() / "a1");
+  EXPECT_THAT(Run(), ElementsAre(0, 0, 0));
+  std::filesystem::remove(root() / "c");
+  EXPECT_THAT(Run(), ElementsAre(0, 0, 1));
+  std::filesystem::remove(root() / "b");
+  EXPECT_THAT(Run(), ElementsAre(1, 1, 0));
+  EXPECT_EQ(Result(), kExpected);
+}
+
+TEST_F(Chain, ForeignIntermediateIsUsedAndWhatLeadsToItIsLeftOut) {
+  WriteText(root() / "b", "theirs");
+  EXPECT_THAT(Run(), ElementsAre(0, 0, 1));
+  EXPECT_EQ(Result(), "c(theirs)#0");
+  EXPECT_EQ(ReadText(root() / "b"), "theirs");
+  EXPECT_THAT(Run(), ElementsAre(0, 0, 0));
+  EXPECT_THAT(Run(Tasks(), true), ElementsAre(1, 1, 1));
+  EXPECT_EQ(Result(), kExpected);
+}
+
+TEST_F(Chain, ChangedResultOfOursCountsAsForeign) {
+  Run();
+  WriteText(root() / "b", "edited");
+  EXPECT_THAT(Run(), ElementsAre(0, 0, 1));
+  EXPECT_EQ(Result(), "c(edited)#0");
+}
+
+TEST_F(Chain, ForeignResultIsRefused) {
+  WriteText(root() / "c", "theirs");
+  try {
+    Run();
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kOverwrite);
+    EXPECT_THAT(error.what(), HasSubstr((root() / "c").string()));
+  }
+  EXPECT_EQ(ReadText(root() / "c"), "theirs");
+  EXPECT_THAT(Run(Tasks(), true), ElementsAre(1, 1, 1));
+  EXPECT_EQ(Result(), kExpected);
+}
+
+TEST_F(Chain, HalfAForeignResultIsRefused) {
+  WriteText(root() / "a1", "theirs");
+  EXPECT_THROW(Run(), Error);
+  WriteText(root() / "sub/a2", "theirs");
+  EXPECT_THAT(Run(), ElementsAre(0, 1, 1));
+}
+
+TEST_F(Chain, MissingInputIsNamed) {
+  std::filesystem::remove(root() / "photo");
+  EXPECT_THROW(Run(), InputError);
+}
+
+TEST_F(Chain, AFailedTaskLeavesNothingOfItsOwnAndKeepsWhatWasBefore) {
+  std::vector<Task> tasks = Tasks();
+  tasks[1].run = [](const TaskRun& run) -> TaskCounts {
+    WriteText(run.outputs[0], "half");
+    throw InputError("x", "broken", "mend it");
+  };
+  EXPECT_THROW(Run(tasks), InputError);
+  EXPECT_FALSE(std::filesystem::exists(root() / "b"));
+  EXPECT_FALSE(std::filesystem::exists(root() / "lsmvs/staging"));
+  EXPECT_THAT(Run(), ElementsAre(0, 1, 1));
+}
+
+TEST_F(Chain, CancelKeepsFinishedTasks) {
+  std::atomic<bool> cancel{false};
+  std::vector<Task> tasks = Tasks();
+  const auto run_b = tasks[1].run;
+  tasks[1].run = [&](const TaskRun& run) {
+    cancel = true;
+    return run_b(run);
+  };
+  RunContext context(1);
+  context.cancel = &cancel;
+  {
+    RunStore store(root(), "test 1");
+    const RunPlan plan = PlanRun(tasks, {}, &store);
+    EXPECT_THROW(RunTasks(tasks, plan, &store, &observer_, context), CancelledError);
+  }
+  EXPECT_THAT(Run(), ElementsAre(0, 0, 1));
+}
+
+TEST_F(Chain, AMovedFolderStaysUpToDate) {
+  Run();
+  const TemporaryFolder other;
+  const std::filesystem::path moved = other.path() / "moved";
+  std::filesystem::copy(root(), moved, std::filesystem::copy_options::recursive);
+  std::vector<Task> tasks = {TextTask("a", {moved / "photo"}, {moved / "a1", moved / "sub/a2"})};
+  RunStore store(moved, "test 1");
+  EXPECT_EQ(PlanRun(tasks, {}, &store).NumToRun(), 0u);
+}
+
+TEST_F(Chain, OutputsOutsideTheRootArePublishedToo) {
+  const TemporaryFolder other;
+  const std::vector<Task> tasks = {TextTask("x", {root() / "photo"}, {other.path() / "out"})};
+  Run(tasks);
+  EXPECT_EQ(ReadText(other.path() / "out"), "x(light)#0");
+  EXPECT_FALSE(std::filesystem::exists(other.path() / ".lsmvs-staging"));
+}
+
+TEST_F(Chain, PlanGivesReasonsAndCosts) {
+  std::vector<Task> tasks = Tasks();
+  tasks[0].cost = {10, 100};
+  tasks[1].cost = {20, 300};
+  tasks[2].cost = {30, 200};
+  RunStore store(root(), "test 1");
+  const RunPlan plan = PlanRun(tasks, {}, &store);
+  ASSERT_EQ(plan.stages.size(), 3u);
+  EXPECT_EQ(plan.stages[0].reason, "new");
+  EXPECT_EQ(plan.Cost().cpu_seconds, 60);
+  EXPECT_EQ(plan.Cost().peak_bytes, 300u);
+  EXPECT_EQ(plan.NumToRun(), 3u);
+}
+
+TEST_F(Chain, ASecondRunInTheSameFolderIsKeptOut) {
+  RunStore store(root(), "test 1");
+  EXPECT_THROW(RunStore(root(), "test 1"), Error);
+}
+
+// Eight tasks of one stage; the parts of the stage's progress.
+TEST(Stage, ResumesInTheMiddleAndReportsProgress) {
+  const TemporaryFolder folder;
+  WriteText(folder.path() / "photo", "light");
+  int calls = 0;
+  std::vector<Task> tasks;
+  for (int i = 0; i < 8; ++i) {
+    tasks.push_back(TextTask("view" + std::to_string(i), {folder.path() / "photo"},
+                             {folder.path() / ("out" + std::to_string(i))}, &calls));
+    tasks.back().stage = "stereo";
+  }
+  RunStore store(folder.path(), "test 1");
+  SilentObserver observer;
+  const std::vector<Task> first(tasks.begin(), tasks.begin() + 6);
+  RunTasks(first, PlanRun(first, {}, &store), &store, &observer, RunContext(1));
+  EXPECT_EQ(calls, 6);
+  const RunPlan plan = PlanRun(tasks, {}, &store);
+  EXPECT_EQ(plan.stages.at(0).num_up_to_date, 6u);
+  struct Sink : ProgressSink {
+    void Report(double fraction) override { fractions.push_back(fraction); }
+    std::vector<double> fractions;
+  } sink;
+  RunContext context(1);
+  context.set_progress(&sink);
+  RunTasks(tasks, plan, &store, &observer, context);
+  EXPECT_EQ(calls, 8);
+  EXPECT_DOUBLE_EQ(observer.done_before.back(), 0.75);
+  EXPECT_THAT(sink.fractions, ElementsAre(testing::DoubleEq(0.875), testing::DoubleEq(1.0)));
+}
+
+}  // namespace
+}  // namespace lsmvs
