@@ -1,6 +1,74 @@
 #include "lsmvs/stereo/fusion.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "lsmvs/stereo/plane_map.h"
+#include "lsmvs/stereo/view_geometry.h"
+
 namespace lsmvs {
+
+namespace {
+
+constexpr float kNoEstimate = 0.0f;
+
+// One bit a pixel.
+class PixelSet {
+ public:
+  PixelSet() = default;
+  explicit PixelSet(size_t num_pixels) : words_((num_pixels + 63) / 64, 0) {}
+  bool empty() const { return words_.empty(); }
+  bool Has(size_t i) const { return words_[i / 64] >> (i % 64) & 1; }
+  void Insert(size_t i) { words_[i / 64] |= uint64_t{1} << (i % 64); }
+
+ private:
+  std::vector<uint64_t> words_;
+};
+
+// A view with its map loaded.
+struct LoadedView {
+  const View* view = nullptr;
+  PinholeCamera camera;  // of the map's size
+  std::shared_ptr<const DepthMap> map;
+  std::shared_ptr<const ColorImage> colors;
+  std::shared_ptr<const ByteImage> mask;
+
+  Color ColorAt(int column, int row) const { return At(column, row, *colors); }
+  bool MaskedOut(int column, int row) const {
+    return mask != nullptr && At(column, row, *mask) == 0;
+  }
+
+ private:
+  // The image's pixel that holds the centre of a pixel of the map.
+  template <class T>
+  const T& At(int column, int row, const Raster<T>& image) const {
+    return image(std::min(image.width - 1, (2 * column + 1) * image.width / (2 * camera.width)),
+                 std::min(image.height - 1, (2 * row + 1) * image.height / (2 * camera.height)));
+  }
+};
+
+// What the neighbours say about the pixels of one reference view.
+struct Evidence {
+  explicit Evidence(size_t num_pixels, size_t num_neighbors)
+      : estimates(num_neighbors, std::vector<float>(num_pixels, kNoEstimate)),
+        normal_sums(num_pixels, Eigen::Vector3f::Zero()),
+        color_sums(num_pixels, Eigen::Vector3f::Zero()) {}
+  std::vector<std::vector<float>> estimates;  // depth on the reference's ray, or kNoEstimate
+  std::vector<Eigen::Vector3f> normal_sums;   // world
+  std::vector<Eigen::Vector3f> color_sums;
+};
+
+struct Thresholds {
+  explicit Thresholds(const FusionOptions& options)
+      : depth(options.max_depth_error),
+        cos_normal(std::cos(options.max_normal_error * std::numbers::pi / 180)),
+        reproj(options.max_reproj_error) {}
+  double depth, cos_normal, reproj;
+};
+
+}  // namespace
 
 void FusionOptions::Describe(OptionSet* options) {
   const auto name = [](const char* field) { return std::string("StereoFusion.") + field; };
@@ -18,10 +86,258 @@ void FusionOptions::Describe(OptionSet* options) {
                "neighbouring views checked a reference view", {1, 1000});
 }
 
-VisibilityCloud FuseDepthMaps(const Scene&, const ImageStore&,
-                              const std::vector<std::vector<Neighbor>>&, const DepthMapSource&,
-                              const FusionOptions&, const RunContext&) {
-  return {};
+namespace {
+
+class Fuser {
+ public:
+  Fuser(const Scene& scene, const ImageStore& images,
+        const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
+        const FusionOptions& options);
+  VisibilityCloud Run(const RunContext& context);
+
+ private:
+  LoadedView Load(int view_idx) const;
+  void FuseView(int view_idx, const RunContext& context);
+  void Collect(const LoadedView& reference, const PixelSet& covered, const LoadedView& neighbor,
+               size_t slot, Evidence* evidence, const RunContext& context) const;
+  VisibilityCloud FuseRow(const LoadedView& reference, int view_idx, const PixelSet& covered,
+                          const Evidence& evidence, int row) const;
+  void Cover(const VisibilityCloud& points, const RunContext& context);
+
+  const Scene& scene_;
+  const ImageStore& images_;
+  const DepthMapSource& maps_;
+  const FusionOptions& options_;
+  const Thresholds thresholds_;
+  std::vector<std::vector<int>> neighbor_idxs_;
+  std::vector<PixelSet> covered_;
+  std::vector<PinholeCamera> map_cameras_;  // of the views whose map was seen; width 0 otherwise
+  VisibilityCloud cloud_;
+};
+
+// Best first; a pair counts for both of its views.
+std::vector<std::vector<int>> SymmetricNeighbors(const std::vector<std::vector<Neighbor>>& lists,
+                                                 int limit) {
+  std::vector<std::vector<std::pair<double, int>>> scored(lists.size());
+  for (size_t a = 0; a < lists.size(); ++a) {
+    for (const Neighbor& neighbor : lists[a]) {
+      scored[a].push_back({-neighbor.score, neighbor.view_idx});
+      scored[static_cast<size_t>(neighbor.view_idx)].push_back(
+          {-neighbor.score, static_cast<int>(a)});
+    }
+  }
+  std::vector<std::vector<int>> out(lists.size());
+  for (size_t a = 0; a < lists.size(); ++a) {
+    std::sort(scored[a].begin(), scored[a].end());
+    for (const auto& [score, b] : scored[a]) {
+      const bool known = std::find(out[a].begin(), out[a].end(), b) != out[a].end();
+      if (!known && static_cast<int>(out[a].size()) < limit) out[a].push_back(b);
+    }
+  }
+  return out;
+}
+
+Fuser::Fuser(const Scene& scene, const ImageStore& images,
+             const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
+             const FusionOptions& options)
+    : scene_(scene),
+      images_(images),
+      maps_(maps),
+      options_(options),
+      thresholds_(options),
+      neighbor_idxs_(SymmetricNeighbors(neighbors, options.check_num_images)),
+      covered_(scene.views.size()),
+      map_cameras_(scene.views.size()) {}
+
+LoadedView Fuser::Load(int view_idx) const {
+  LoadedView loaded;
+  loaded.view = &scene_.views[static_cast<size_t>(view_idx)];
+  loaded.map = maps_.Get(view_idx);
+  if (loaded.map == nullptr) return loaded;
+  loaded.camera = loaded.view->camera.Resized(loaded.map->depth.width, loaded.map->depth.height);
+  loaded.colors = images_.Colors(view_idx, 0);
+  loaded.mask = images_.Mask(view_idx, 0);
+  return loaded;
+}
+
+// Fills one slot of the evidence: what `neighbor` says about every pixel of `reference` that needs
+// a point.
+void Fuser::Collect(const LoadedView& reference, const PixelSet& covered,
+                    const LoadedView& neighbor, size_t slot, Evidence* evidence,
+                    const RunContext& context) const {
+  const Rigid3 neighbor_from_reference =
+      neighbor.view->cam_from_world * reference.view->cam_from_world.Inverse();
+  const Rigid3 reference_from_neighbor = neighbor_from_reference.Inverse();
+  const Eigen::Matrix3d world_from_neighbor = neighbor.view->cam_from_world.rotation.transpose();
+  const DepthMap& map = *neighbor.map;
+  const auto visit = [&](int column, int row, size_t pixel) {
+    const double depth = reference.map->depth.pixels[pixel];
+    const Eigen::Vector3d ray = reference.camera.PixelRay(column, row);
+    const Eigen::Vector3d x = neighbor_from_reference * (depth * ray);
+    if (!(x.z() > 0)) return;
+    const Eigen::Vector2d x_px = neighbor.camera.Project(x);
+    if (!neighbor.camera.Contains(x_px)) return;
+    const int to_column = static_cast<int>(x_px.x()), to_row = static_cast<int>(x_px.y());
+    const double center_depth = map.depth(to_column, to_row);
+    if (!(center_depth > 0) || neighbor.MaskedOut(to_column, to_row)) return;
+    const Eigen::Vector3d normal = map.normal(to_column, to_row).cast<double>();
+    const Eigen::Vector3d reference_normal =
+        neighbor_from_reference.rotation * reference.map->normal.pixels[pixel].cast<double>();
+    if (normal.dot(reference_normal) < thresholds_.cos_normal) return;
+    // The neighbour's plane, at its pixel's centre, meets its ray through x and the reference's
+    // ray.
+    const double offset = center_depth * normal.dot(neighbor.camera.PixelRay(to_column, to_row));
+    const double seen_depth = offset / normal.dot(neighbor.camera.Ray(x_px));
+    if (!(std::abs(seen_depth - x.z()) <= thresholds_.depth * x.z())) return;
+    const Eigen::Vector3d seen = reference_from_neighbor * (seen_depth * neighbor.camera.Ray(x_px));
+    const Eigen::Vector2d back_px = reference.camera.Project(seen);
+    if ((back_px - Eigen::Vector2d(column + 0.5, row + 0.5)).norm() > thresholds_.reproj) return;
+    const double along = normal.dot(neighbor_from_reference.rotation * ray);
+    const double estimate = (offset - normal.dot(neighbor_from_reference.translation)) / along;
+    if (!(std::abs(estimate - depth) <= 2 * thresholds_.depth * depth)) return;
+    evidence->estimates[slot][pixel] = static_cast<float>(estimate);
+    evidence->normal_sums[pixel] += (world_from_neighbor * normal).cast<float>();
+    evidence->color_sums[pixel] += neighbor.ColorAt(to_column, to_row).cast<float>();
+  };
+  ParallelFor(context, static_cast<size_t>(reference.camera.height), 8, [&](size_t r) {
+    const int row = static_cast<int>(r);
+    for (int column = 0; column < reference.camera.width; ++column) {
+      const size_t pixel = reference.map->depth.Index(column, row);
+      if (reference.map->depth.pixels[pixel] > 0 && !covered.Has(pixel)) visit(column, row, pixel);
+    }
+  });
+}
+
+// Mean of the values, weighted down with their distance from the median in units of the median
+// distance.
+double RobustMean(std::vector<float>* values) {
+  std::sort(values->begin(), values->end());
+  const size_t count = values->size();
+  const double median = 0.5 * ((*values)[(count - 1) / 2] + (*values)[count / 2]);
+  std::vector<double> distances;
+  for (const float value : *values) distances.push_back(std::abs(value - median));
+  std::sort(distances.begin(), distances.end());
+  const double scale = std::max(2 * distances[count / 2], 1e-7 * std::abs(median));
+  double sum = 0, sum_weights = 0;
+  for (const float value : *values) {
+    const double t = (value - median) / scale;
+    const double weight = 1 / (1 + t * t);
+    sum += weight * value;
+    sum_weights += weight;
+  }
+  return sum / sum_weights;
+}
+
+VisibilityCloud Fuser::FuseRow(const LoadedView& reference, int view_idx, const PixelSet& covered,
+                               const Evidence& evidence, int row) const {
+  VisibilityCloud points;
+  const Rigid3 world_from_reference = reference.view->cam_from_world.Inverse();
+  const std::vector<int>& neighbor_idxs = neighbor_idxs_[static_cast<size_t>(view_idx)];
+  std::vector<float> depths;
+  std::vector<uint32_t> views;
+  for (int column = 0; column < reference.camera.width; ++column) {
+    const size_t pixel = reference.map->depth.Index(column, row);
+    const float depth = reference.map->depth.pixels[pixel];
+    if (!(depth > 0) || covered.Has(pixel) || reference.MaskedOut(column, row)) continue;
+    depths.assign(1, depth);
+    views.assign(1, static_cast<uint32_t>(view_idx));
+    for (size_t slot = 0; slot < neighbor_idxs.size(); ++slot) {
+      const float estimate = evidence.estimates[slot][pixel];
+      if (estimate == kNoEstimate) continue;
+      if (static_cast<int>(depths.size()) < options_.max_num_pixels) depths.push_back(estimate);
+      views.push_back(static_cast<uint32_t>(neighbor_idxs[slot]));
+    }
+    if (static_cast<int>(views.size()) < options_.min_num_pixels) continue;
+    const Eigen::Vector3d x =
+        world_from_reference * (RobustMean(&depths) * reference.camera.PixelRay(column, row));
+    if (!options_.bounding_box.isEmpty() &&
+        !options_.bounding_box.contains(Eigen::Vector3d(x + scene_.world_offset))) {
+      continue;
+    }
+    const Eigen::Vector3f own_normal =
+        world_from_reference.rotation.cast<float>() * reference.map->normal.pixels[pixel];
+    const Eigen::Vector3f normal = (own_normal + evidence.normal_sums[pixel]).normalized();
+    const Eigen::Vector3f color =
+        (reference.ColorAt(column, row).cast<float>() + evidence.color_sums[pixel]) /
+        static_cast<float>(views.size());
+    points.Add(x.cast<float>(), normal, (color.array() + 0.5f).matrix().cast<uint8_t>(), views);
+  }
+  return points;
+}
+
+// Marks the pixels that points of one reference view project to in the views that see them.
+void Fuser::Cover(const VisibilityCloud& points, const RunContext& context) {
+  ParallelFor(context, scene_.views.size(), 1, [&](size_t v) {
+    const PinholeCamera& camera = map_cameras_[v];
+    if (camera.width == 0) return;
+    const View& view = scene_.views[v];
+    for (size_t p = 0; p < points.size(); ++p) {
+      const auto views = points.ViewsOf(p);
+      if (!std::binary_search(views.begin(), views.end(), static_cast<uint32_t>(v))) continue;
+      const Eigen::Vector2d x_px =
+          camera.Project(view.cam_from_world * points.positions[p].cast<double>());
+      if (!camera.Contains(x_px)) continue;
+      covered_[v].Insert(static_cast<size_t>(x_px.y()) * static_cast<size_t>(camera.width) +
+                         static_cast<size_t>(x_px.x()));
+    }
+  });
+}
+
+void Append(const VisibilityCloud& part, VisibilityCloud* cloud) {
+  const uint64_t base = cloud->view_idxs.size();
+  cloud->positions.insert(cloud->positions.end(), part.positions.begin(), part.positions.end());
+  cloud->normals.insert(cloud->normals.end(), part.normals.begin(), part.normals.end());
+  cloud->colors.insert(cloud->colors.end(), part.colors.begin(), part.colors.end());
+  cloud->view_idxs.insert(cloud->view_idxs.end(), part.view_idxs.begin(), part.view_idxs.end());
+  for (size_t p = 1; p < part.view_begin.size(); ++p) {
+    cloud->view_begin.push_back(base + part.view_begin[p]);
+  }
+}
+
+void Fuser::FuseView(int view_idx, const RunContext& context) {
+  const LoadedView reference = Load(view_idx);
+  if (reference.map == nullptr) return;
+  const auto remember = [&](int v, const LoadedView& loaded) {
+    map_cameras_[static_cast<size_t>(v)] = loaded.camera;
+    PixelSet& covered = covered_[static_cast<size_t>(v)];
+    if (covered.empty()) covered = PixelSet(loaded.map->depth.size());
+  };
+  remember(view_idx, reference);
+  const PixelSet& covered = covered_[static_cast<size_t>(view_idx)];
+  const std::vector<int>& neighbor_idxs = neighbor_idxs_[static_cast<size_t>(view_idx)];
+  Evidence evidence(reference.map->depth.size(), neighbor_idxs.size());
+  for (size_t slot = 0; slot < neighbor_idxs.size(); ++slot) {
+    const LoadedView neighbor = Load(neighbor_idxs[slot]);
+    if (neighbor.map == nullptr) continue;
+    remember(neighbor_idxs[slot], neighbor);
+    Collect(reference, covered, neighbor, slot, &evidence, context);
+  }
+  std::vector<VisibilityCloud> rows(static_cast<size_t>(reference.camera.height));
+  ParallelFor(context, rows.size(), 8, [&](size_t row) {
+    rows[row] = FuseRow(reference, view_idx, covered, evidence, static_cast<int>(row));
+  });
+  VisibilityCloud points;
+  for (const VisibilityCloud& row : rows) Append(row, &points);
+  Cover(points, context);
+  Append(points, &cloud_);
+}
+
+VisibilityCloud Fuser::Run(const RunContext& context) {
+  for (int v = 0; v < scene_.num_views(); ++v) {
+    context.ThrowIfCancelled();
+    FuseView(v, context);
+    context.Report(static_cast<double>(v + 1) / scene_.num_views());
+  }
+  return std::move(cloud_);
+}
+
+}  // namespace
+
+VisibilityCloud FuseDepthMaps(const Scene& scene, const ImageStore& images,
+                              const std::vector<std::vector<Neighbor>>& neighbors,
+                              const DepthMapSource& maps, const FusionOptions& options,
+                              const RunContext& context) {
+  return Fuser(scene, images, neighbors, maps, options).Run(context);
 }
 
 CostEstimate EstimateFusionCost(const Scene&, const ImageStore&, const FusionOptions&) {

@@ -1,15 +1,307 @@
 #include "lsmvs/stereo/patch_match.h"
 
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <memory>
+#include <numbers>
+
+#include "lsmvs/geometry/triangulation.h"
+#include "lsmvs/stereo/level_matcher.h"
+#include "lsmvs/stereo/view_geometry.h"
+#include "lsmvs/util/check.h"
+
 namespace lsmvs {
+
+namespace {
+
+// The coarsest level keeps at least so many pixels along the shorter side.
+constexpr int kMinCoarseSide = 100;
+// Grey variance that rounding leaves at any level.
+constexpr double kRoundingVariance = 0.05;
+
+void CopyTo(const Eigen::Matrix3d& matrix, float* out) {
+  for (int i = 0; i < 9; ++i) out[i] = static_cast<float>(matrix(i / 3, i % 3));
+}
+void CopyTo(const Eigen::Vector3d& vector, float* out) {
+  for (int i = 0; i < 3; ++i) out[i] = static_cast<float>(vector[i]);
+}
+
+// Everything that one level's MatchingProblem points to.
+struct Level {
+  PinholeCamera camera;
+  std::shared_ptr<const GrayImage> gray;
+  std::vector<std::unique_ptr<PackedImage>> packed;
+  std::vector<std::unique_ptr<PlaneMap>> neighbor_planes;
+  MatchingProblem problem;
+};
+
+class ViewMatcher {
+ public:
+  ViewMatcher(const Scene& scene, const ImageStore& images, int view_idx,
+              const std::vector<Neighbor>& neighbors, const DepthRange& range,
+              const DepthMapSource* maps, const PatchMatchOptions& options)
+      : scene_(scene), images_(images), view_idx_(view_idx), maps_(maps), options_(options) {
+    const size_t limit = static_cast<size_t>(options.max_num_neighbors);
+    for (const Neighbor& neighbor : neighbors) {
+      if (neighbor_idxs_.size() < limit) neighbor_idxs_.push_back(neighbor.view_idx);
+    }
+    const double near = options.depth_min.value_or(range.min);
+    const double far = options.depth_max.value_or(range.max);
+    if (near > 0 && far > near) {
+      min_q_ = static_cast<float>(1 / far);
+      max_q_ = static_cast<float>(1 / near);
+    }
+  }
+
+  bool CanMatch() const { return !neighbor_idxs_.empty() && max_q_ > min_q_; }
+  DepthMap Run(const RunContext& context);
+  DepthMap EmptyMap(int level) const {
+    const PinholeCamera camera = images_.Camera(view_idx_, level);
+    return {Raster<float>(camera.width, camera.height, 0.0f),
+            Raster<Eigen::Vector3f>(camera.width, camera.height, Eigen::Vector3f::Zero())};
+  }
+
+ private:
+  Level MakeLevel(int level) const;
+  void AddSource(const PinholeCamera& camera, int neighbor_idx, int level, Level* out) const;
+  void AddSourcePlanes(const PinholeCamera& camera, int neighbor_idx, Level* out) const;
+  PlaneMap SeedPlanes(const PinholeCamera& camera) const;
+  PlaneMap OwnPlanes() const;
+  int CoarsestLevel() const;
+  LevelMatcher MakeMatcher(const Level& level, int level_idx) const {
+    return {level.problem, min_q_, max_q_,
+            static_cast<uint64_t>(view_idx_) * 1000 + static_cast<uint64_t>(level_idx) + 77};
+  }
+  void ApplyMask(int level, PlaneMap* planes) const;
+  void FilterByAngle(const PinholeCamera& camera, PlaneMap* planes) const;
+
+  const Scene& scene_;
+  const ImageStore& images_;
+  int view_idx_;
+  const DepthMapSource* maps_;
+  const PatchMatchOptions& options_;
+  std::vector<int> neighbor_idxs_;
+  float min_q_ = 0, max_q_ = 0;
+};
+
+int ViewMatcher::CoarsestLevel() const {
+  int level = 0;
+  for (;; ++level) {
+    const PinholeCamera next = images_.Camera(view_idx_, level + 1);
+    if (std::min(next.width, next.height) < kMinCoarseSide) return level;
+  }
+}
+
+void ViewMatcher::AddSource(const PinholeCamera& camera, int neighbor_idx, int level,
+                            Level* out) const {
+  const View& reference = scene_.views[static_cast<size_t>(view_idx_)];
+  const View& neighbor = scene_.views[static_cast<size_t>(neighbor_idx)];
+  PinholeCamera neighbor_camera = images_.Camera(neighbor_idx, level);
+  neighbor_camera.cx -= 0.5;  // PackedImage counts from the first pixel's centre
+  neighbor_camera.cy -= 0.5;
+  const ViewGeometry geometry =
+      BFromA(neighbor_camera, camera, neighbor.cam_from_world * reference.cam_from_world.Inverse());
+  out->packed.push_back(std::make_unique<PackedImage>(*images_.Gray(neighbor_idx, level)));
+  SourceView source;
+  source.image = out->packed.back().get();
+  CopyTo(geometry.m, source.m);
+  CopyTo(geometry.e, source.e);
+  out->problem.sources.push_back(source);
+}
+
+void ViewMatcher::AddSourcePlanes(const PinholeCamera& camera, int neighbor_idx, Level* out) const {
+  SourcePlanes planes;
+  if (const auto map = maps_->Get(neighbor_idx)) {
+    const View& reference = scene_.views[static_cast<size_t>(view_idx_)];
+    const View& neighbor = scene_.views[static_cast<size_t>(neighbor_idx)];
+    const PinholeCamera map_camera = neighbor.camera.Resized(map->depth.width, map->depth.height);
+    const Rigid3 neighbor_from_reference =
+        neighbor.cam_from_world * reference.cam_from_world.Inverse();
+    const ViewGeometry forward = BFromA(map_camera, camera, neighbor_from_reference);
+    const ViewGeometry backward = BFromA(camera, map_camera, neighbor_from_reference.Inverse());
+    out->neighbor_planes.push_back(std::make_unique<PlaneMap>(ToPlaneMap(map_camera, *map)));
+    planes.planes = out->neighbor_planes.back().get();
+    CopyTo(forward.m, planes.forward_m);
+    CopyTo(forward.e, planes.forward_e);
+    CopyTo(backward.m, planes.backward_m);
+    CopyTo(backward.e, planes.backward_e);
+  }
+  out->problem.source_planes.push_back(planes);
+}
+
+Level ViewMatcher::MakeLevel(int level) const {
+  Level out;
+  out.camera = images_.Camera(view_idx_, level);
+  out.gray = images_.Gray(view_idx_, level);
+  MatchingProblem& problem = out.problem;
+  problem.gray = out.gray.get();
+  problem.window.step = options_.window_step;
+  problem.window.half =
+      std::clamp(options_.window_radius / options_.window_step, 1, (kMaxWindowSide - 1) / 2);
+  problem.spatial_weights =
+      SpatialWeights(problem.window, options_.sigma_spatial.value_or(options_.window_radius));
+  problem.color_weights = ColorWeights(options_.sigma_color * 255);
+  const double reduction = std::pow(4.0, level);
+  problem.noise_variance = static_cast<float>(
+      std::max(kRoundingVariance, options_.noise_sigma * options_.noise_sigma / reduction));
+  problem.geometric_weight = static_cast<float>(options_.geom_consistency_regularizer);
+  problem.geometric_max_px = static_cast<float>(options_.geom_consistency_max_cost);
+  for (const int neighbor_idx : neighbor_idxs_) {
+    AddSource(out.camera, neighbor_idx, level, &out);
+    if (maps_ != nullptr) AddSourcePlanes(out.camera, neighbor_idx, &out);
+  }
+  return out;
+}
+
+// Inverse depths of the sparse points that the view sees; every other pixel takes that of the
+// nearest.
+PlaneMap ViewMatcher::SeedPlanes(const PinholeCamera& camera) const {
+  PlaneMap planes(camera.width, camera.height);
+  const View& view = scene_.views[static_cast<size_t>(view_idx_)];
+  std::deque<PixelPosition> front;
+  for (const SparsePoint& point : scene_.points) {
+    if (!std::binary_search(point.view_idxs.begin(), point.view_idxs.end(), view_idx_)) continue;
+    const Eigen::Vector3d x = view.cam_from_world * point.x_in_world;
+    if (!(x.z() > 0)) continue;
+    const Eigen::Vector2d x_px = camera.Project(x);
+    if (!camera.Contains(x_px)) continue;
+    const PixelPosition pixel{static_cast<int>(x_px.x()), static_cast<int>(x_px.y())};
+    Plane& plane = planes(pixel.column, pixel.row);
+    if (!(plane.q > 0)) front.push_back(pixel);
+    plane.q = std::clamp(static_cast<float>(1 / x.z()), min_q_, max_q_);
+  }
+  for (; !front.empty(); front.pop_front()) {
+    const auto [column, row] = front.front();
+    for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+      if (!planes.Inside(column + dx, row + dy) || planes(column + dx, row + dy).q > 0) continue;
+      planes(column + dx, row + dy) = planes(column, row);
+      front.push_back({column + dx, row + dy});
+    }
+  }
+  return planes;
+}
+
+PlaneMap ViewMatcher::OwnPlanes() const {
+  const auto map = maps_->Get(view_idx_);
+  if (map == nullptr) return {};
+  const View& view = scene_.views[static_cast<size_t>(view_idx_)];
+  return ToPlaneMap(view.camera.Resized(map->depth.width, map->depth.height), *map);
+}
+
+void ViewMatcher::ApplyMask(int level, PlaneMap* planes) const {
+  const auto mask = images_.Mask(view_idx_, level);
+  if (mask == nullptr) return;
+  for (size_t i = 0; i < planes->size(); ++i) {
+    if (mask->pixels[i] == 0) planes->pixels[i] = {};
+  }
+}
+
+void ViewMatcher::FilterByAngle(const PinholeCamera& camera, PlaneMap* planes) const {
+  const View& view = scene_.views[static_cast<size_t>(view_idx_)];
+  const double max_cosine =
+      std::cos(options_.filter_min_triangulation_angle * std::numbers::pi / 180);
+  std::vector<Eigen::Vector3d> centers;  // in the reference's camera frame
+  for (const int neighbor_idx : neighbor_idxs_) {
+    centers.push_back(view.cam_from_world *
+                      scene_.views[static_cast<size_t>(neighbor_idx)].CenterInWorld());
+  }
+  for (int row = 0; row < planes->height; ++row) {
+    for (int column = 0; column < planes->width; ++column) {
+      Plane& plane = (*planes)(column, row);
+      if (!(plane.q > 0)) continue;
+      const Eigen::Vector3d x = camera.PixelRay(column, row) / plane.q;
+      const bool wide = std::any_of(centers.begin(), centers.end(), [&](const auto& center) {
+        return x.normalized().dot((x - center).normalized()) < max_cosine;
+      });
+      if (!wide) plane = {};
+    }
+  }
+}
+
+DepthMap ViewMatcher::Run(const RunContext& context) {
+  const bool geometric = maps_ != nullptr;
+  const int finest = geometric ? 0 : PhotometricLevel(options_);
+  const bool filter = options_.filter && (geometric || !options_.geom_consistency);
+  PlaneMap planes = geometric ? OwnPlanes() : PlaneMap();
+  if (geometric && planes.empty()) return EmptyMap(0);
+  const int coarsest = geometric ? PhotometricLevel(options_) : CoarsestLevel();
+  for (int l = coarsest; l >= finest; --l) {
+    const Level level = MakeLevel(l);
+    LevelMatcher matcher = MakeMatcher(level, l);
+    const int num_views = l >= 2 ? options_.max_num_neighbors
+                          : l == 1
+                              ? (options_.max_num_neighbors + options_.max_num_fine_neighbors) / 2
+                              : options_.max_num_fine_neighbors;
+    if (planes.empty()) {
+      matcher.Start(SeedPlanes(level.camera), num_views, context);
+      for (int i = 0; i < options_.num_iterations; ++i) {
+        const float scale = std::pow(0.6f, static_cast<float>(i));
+        matcher.Sweep({.num_propagated = 8,
+                       .num_perturbed = 3,
+                       .depth_px = 3 * scale,
+                       .slope = 0.5f * scale,
+                       .num_random = i < 4 ? 2 : 0},
+                      context);
+      }
+      matcher.Sweep({.num_propagated = 4,
+                     .num_perturbed = 1,
+                     .depth_px = 0.2f,
+                     .slope = 0.05f,
+                     .parabola_px = 0.5f},
+                    context);
+    } else {
+      const bool same_size =
+          planes.width == level.camera.width && planes.height == level.camera.height;
+      const PlaneMap coarse = std::move(planes);
+      matcher.Start(
+          same_size ? coarse : ResizePlaneMap(coarse, level.camera.width, level.camera.height),
+          num_views, context);
+      if (!same_size) matcher.InheritNeighbors(coarse, context);
+      if (l > 0) {
+        matcher.Sweep({.num_propagated = 8, .num_perturbed = 2, .depth_px = 1.0f, .slope = 0.2f},
+                      context);
+        matcher.Sweep({.num_propagated = 4,
+                       .num_perturbed = 2,
+                       .depth_px = 0.3f,
+                       .slope = 0.1f,
+                       .parabola_px = 0.5f},
+                      context);
+      } else {
+        matcher.Sweep({.num_propagated = 4,
+                       .num_perturbed = 2,
+                       .depth_px = 0.5f,
+                       .slope = 0.1f,
+                       .parabola_px = 0.5f},
+                      context);
+      }
+    }
+    if (l == finest && filter) {
+      matcher.Filter(
+          {static_cast<float>(options_.filter_min_ncc), options_.filter_min_num_consistent,
+           static_cast<float>(options_.filter_geom_consistency_max_cost)},
+          context);
+    }
+    planes = matcher.planes();
+    if (l == finest) {
+      ApplyMask(l, &planes);
+      if (filter) FilterByAngle(level.camera, &planes);
+    }
+  }
+  return ToDepthMap(images_.Camera(view_idx_, finest), planes);
+}
+
+}  // namespace
 
 int PhotometricLevel(const PatchMatchOptions& options) { return options.geom_consistency ? 1 : 0; }
 
-DepthMap EstimateDepthMap(const Scene&, const ImageStore& images, int view_idx,
-                          const std::vector<Neighbor>&, const DepthRange&, const DepthMapSource*,
-                          const PatchMatchOptions&, const RunContext&) {
-  const PinholeCamera camera = images.Camera(view_idx, 0);
-  return {Raster<float>(camera.width, camera.height),
-          Raster<Eigen::Vector3f>(camera.width, camera.height, Eigen::Vector3f::Zero())};
+DepthMap EstimateDepthMap(const Scene& scene, const ImageStore& images, int view_idx,
+                          const std::vector<Neighbor>& neighbors, const DepthRange& range,
+                          const DepthMapSource* maps, const PatchMatchOptions& options,
+                          const RunContext& context) {
+  ViewMatcher matcher(scene, images, view_idx, neighbors, range, maps, options);
+  if (!matcher.CanMatch()) return matcher.EmptyMap(maps != nullptr ? 0 : PhotometricLevel(options));
+  return matcher.Run(context);
 }
 
 CostEstimate EstimatePatchMatchCost(const Scene&, const ImageStore&, const PatchMatchOptions&) {
