@@ -1,14 +1,17 @@
 #pragma once
 
+#include <array>
+#include <memory>
 #include <vector>
 
+#include "lsmvs/synthetic/mesh_shape.h"
 #include "lsmvs/synthetic/shape.h"
 
 namespace lsmvs {
 
 // Union of axis-parallel boxes: one box, steps, walls, buildings. Boxes may overlap and touch along
 // faces, but must not touch along an edge or a corner only (the surface would not be manifold).
-// Distances are exact inside too. Intersect is O(#boxes), Closest O(#rectangles of the boundary).
+// Distances are exact inside too. Intersect is O(#boxes), Closest O(log #sides).
 class BoxUnion : public Shape {
  public:
   explicit BoxUnion(std::vector<Eigen::AlignedBox3d> boxes);
@@ -20,20 +23,22 @@ class BoxUnion : public Shape {
   TriangleMesh Mesh(double edge_length) const override;
 
  private:
-  // Part of the boundary: flat along `axis`, facing its positive or negative direction.
-  struct Rectangle {
-    Eigen::AlignedBox3d box;
+  // One side of a cell of the grid that the boxes' faces span, between an occupied and an empty
+  // cell.
+  struct BoundarySide {
+    Eigen::Vector3i cell;  // the occupied one
     int axis;
-    double sign;
+    bool positive;  // faces the positive direction of the axis
   };
   bool Contains(const Eigen::Vector3d& x) const;
-  void FindBoundary();
-  // Cuts each gap of a sorted list of coordinates into equal parts of at most `edge_length`.
-  static std::vector<double> Subdivide(const std::vector<double>& cuts, double edge_length);
+  void FillGrid();
+  bool Occupied(const Eigen::Vector3i& cell) const;
+  std::vector<BoundarySide> Boundary() const;
 
   std::vector<Eigen::AlignedBox3d> boxes_;
-  std::vector<double> cuts_[3];  // distinct coordinates of the boxes' faces
-  std::vector<Rectangle> boundary_;
+  std::array<std::vector<double>, 3> cuts_;  // distinct coordinates of the boxes' faces, ascending
+  std::vector<bool> occupied_;               // cells between the cuts, x fastest
+  std::unique_ptr<const MeshShape> boundary_;
 };
 
 }  // namespace lsmvs

@@ -16,7 +16,8 @@ PinholeCamera MakeCamera(int width, int height, double focal_factor) {
 Rigid3 LookAt(const Eigen::Vector3d& center, const Eigen::Vector3d& target) {
   const Eigen::Vector3d forward = (target - center).normalized();
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  if (forward.cross(up).norm() < 1e-3) up = Eigen::Vector3d::UnitY();
+  constexpr double kNearlyVertical = 0.35;  // sine of 20 degrees
+  if (forward.cross(up).norm() < kNearlyVertical) up = Eigen::Vector3d::UnitY();
   const Eigen::Vector3d right = forward.cross(up).normalized();
   Eigen::Matrix3d rotation;
   rotation.row(0) = right;

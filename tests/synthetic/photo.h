@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "lsmvs/image/raster.h"
 #include "lsmvs/scene/scene.h"
@@ -13,7 +14,8 @@ namespace lsmvs {
 struct PhotoOptions {
   TextureOptions texture;
   Eigen::Vector3d light = {0.3, -0.5, 0.8};  // direction to the light; any length but 0
-  double ambient = 0.45;  // share of the light that comes from everywhere; 1: no shading
+  double ambient = 0.45;      // share of the light that comes from everywhere; 1: no shading
+  bool cast_shadows = false;  // whether the light is blocked by the shape
   double gain_sigma =
       0.0;  // every image is multiplied by 1 + a Gaussian of this standard deviation
   double offset_sigma = 0.0;   // and a Gaussian is added, grey levels

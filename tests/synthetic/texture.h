@@ -22,7 +22,7 @@ struct TextureOptions {
 // same from every view. Immutable and thread-safe.
 class SolidTexture {
  public:
-  explicit SolidTexture(const TextureOptions& options) : options_(options) {}
+  explicit SolidTexture(const TextureOptions& options);
 
   // Albedo in [0, 1]: red, green, blue. Octaves that are finer than about two `footprint`s (the
   // width of a pixel on the surface) fade out, as an ideal lens would average them.
@@ -32,6 +32,7 @@ class SolidTexture {
 
  private:
   TextureOptions options_;
+  double weak_threshold_;
 };
 
 // Gradient noise in about [-1, 1] with features of size 1; mean 0, twice differentiable.

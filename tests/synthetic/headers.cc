@@ -1,8 +1,0 @@
-#include "lsmvs/synthetic/analytic_shapes.h"
-#include "lsmvs/synthetic/box_union.h"
-#include "lsmvs/synthetic/mesh_shape.h"
-#include "lsmvs/synthetic/random.h"
-#include "lsmvs/synthetic/sampled_cloud.h"
-#include "lsmvs/synthetic/shape_union.h"
-#include "lsmvs/synthetic/surface_error.h"
-#include "lsmvs/synthetic/truth.h"

@@ -1,0 +1,182 @@
+#include "lsmvs/synthetic/synthetic_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "lsmvs/synthetic/cameras.h"
+#include "lsmvs/synthetic/random.h"
+#include "lsmvs/synthetic/sampled_cloud.h"
+#include "lsmvs/util/check.h"
+
+namespace lsmvs {
+
+namespace {
+
+constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
+// Cameras are moved by this share of their distance, so that no scene is accidentally symmetric.
+constexpr double kJitter = 0.015;
+
+// What the cameras look at: a ball of `radius` around `middle`.
+struct Interest {
+  Eigen::Vector3d middle;
+  double radius;
+  CameraLayout layout;
+};
+
+Interest InterestOf(ShapeName name) {
+  switch (name) {
+    case ShapeName::kSphere:
+      return {{0, 0, 0}, 1.0, CameraLayout::kRing};
+    case ShapeName::kBox:
+      return {{0, 0, 0}, 1.25, CameraLayout::kRing};
+    case ShapeName::kTorus:
+      return {{0, 0, 0}, 1.3, CameraLayout::kRing};
+    case ShapeName::kStep:
+      return {{0, 0, 0.1}, 1.1, CameraLayout::kGrid};
+    case ShapeName::kThinWalls:
+    case ShapeName::kPole:
+      return {{0, 0, 0.4}, 1.0, CameraLayout::kRing};
+    case ShapeName::kSphereOnGround:
+      return {{0, 0, 0.5}, 1.0, CameraLayout::kRing};
+    case ShapeName::kTerrain:
+      return {{0, 0, 0.1}, 1.5, CameraLayout::kGrid};
+    case ShapeName::kRelief:
+      return {{0, -0.1, 1.1}, 1.5, CameraLayout::kArc};
+  }
+  LSMVS_CHECK(false);
+  return {};
+}
+
+// Distance from which the ball just fits the shorter side of the image.
+double FittingDistance(const SyntheticSceneOptions& options, double radius) {
+  const double half_short_side =
+      0.5 * std::min(options.width, options.height) / std::max(options.width, options.height);
+  return radius / std::sin(std::atan(half_short_side / options.focal_factor));
+}
+
+struct Stand {
+  Eigen::Vector3d center, target;
+};
+
+void AddRing(const Interest& interest, double distance, double elevation_deg, int count,
+             double begin_deg, double sweep_deg, std::vector<Stand>* stands) {
+  const double angle = elevation_deg * kRadiansPerDegree;
+  for (const Eigen::Vector3d& center :
+       RingCenters(interest.middle, distance * std::cos(angle), distance * std::sin(angle), count,
+                   begin_deg, sweep_deg)) {
+    stands->push_back({center, interest.middle});
+  }
+}
+
+// A few cameras stand side by side, so that neighbours see the same things.
+double RingSweep(int count) { return count >= 6 ? 360.0 : 30.0 * std::max(1, count - 1); }
+
+// Strips from which neighbours overlap by about two thirds; every second row looks 15 degrees
+// aside.
+void AddGrid(const Interest& interest, double distance, int count, std::vector<Stand>* stands) {
+  const int columns = std::max(1, static_cast<int>(std::ceil(std::sqrt(count * 4.0 / 3.0))));
+  const int rows = (count + columns - 1) / columns;
+  const double half = 0.55 * interest.radius, height = 0.75 * distance;
+  for (const Eigen::Vector3d& offset : GridCenters(half, half, height, columns, rows)) {
+    const int row = static_cast<int>(stands->size()) / columns;
+    const Eigen::Vector3d ground(offset.x(), offset.y(), 0.0);
+    const double aside = row % 2 == 0 ? 0.0 : height * std::tan(15.0 * kRadiansPerDegree);
+    const Eigen::Vector3d sideways(0.0, offset.y() > 0 ? aside : -aside, 0.0);
+    if (static_cast<int>(stands->size()) == count) break;
+    stands->push_back({interest.middle + offset + sideways, interest.middle + ground});
+  }
+}
+
+std::vector<Stand> MakeStands(const SyntheticSceneOptions& options, const Interest& interest) {
+  const double distance = FittingDistance(options, interest.radius);
+  const CameraLayout layout =
+      options.layout == CameraLayout::kAuto ? interest.layout : options.layout;
+  const int num_upper = options.num_views / 3, num_lower = options.num_views - num_upper;
+  std::vector<Stand> stands;
+  if (layout == CameraLayout::kRing) {
+    AddRing(interest, distance, 20.0, num_lower, 5.0, RingSweep(num_lower), &stands);
+    AddRing(interest, distance, 50.0, num_upper, 25.0, RingSweep(num_upper), &stands);
+  } else if (layout == CameraLayout::kArc) {
+    const double sweep = std::min(90.0, RingSweep(num_lower));
+    AddRing(interest, 0.8 * distance, 3.0, num_lower, 270.0 - 0.5 * sweep, sweep, &stands);
+    AddRing(interest, 0.85 * distance, 22.0, num_upper, 270.0 - 0.4 * sweep, 0.8 * sweep, &stands);
+  } else {
+    AddGrid(interest, distance, options.num_views, &stands);
+  }
+  for (size_t i = 0; i < stands.size(); ++i) {
+    stands[i].center += kJitter * distance * Random(options.seed, i).Gaussian3();
+  }
+  return stands;
+}
+
+// Median over surface points and the views that see them of depth / focal length.
+double MedianGsd(const Shape& shape, Scene scene, uint64_t seed, const RunContext& context) {
+  constexpr size_t kNumPoints = 1000;
+  scene.points = SampleSparsePoints(shape, scene, kNumPoints, 0.0, seed, context);
+  return GroundSamplingDistance(scene);
+}
+
+}  // namespace
+
+void SyntheticSceneOptions::Describe(OptionSet* options) {
+  options->AddEnum("shape", &shape, "what is photographed",
+                   {{"sphere", ShapeName::kSphere},
+                    {"box", ShapeName::kBox},
+                    {"torus", ShapeName::kTorus},
+                    {"step", ShapeName::kStep},
+                    {"thin_walls", ShapeName::kThinWalls},
+                    {"pole", ShapeName::kPole},
+                    {"sphere_on_ground", ShapeName::kSphereOnGround},
+                    {"terrain", ShapeName::kTerrain},
+                    {"relief", ShapeName::kRelief}});
+  options->AddEnum("layout", &layout, "where the cameras stand",
+                   {{"auto", CameraLayout::kAuto},
+                    {"ring", CameraLayout::kRing},
+                    {"arc", CameraLayout::kArc},
+                    {"grid", CameraLayout::kGrid}});
+  options->Add("num_views", &num_views, "number of photos", {1, 10000});
+  options->Add("width", &width, "width of the photos, pixels", {16, 20000});
+  options->Add("height", &height, "height of the photos, pixels", {16, 20000});
+  options->Add("focal_factor", &focal_factor, "focal length / longer side", {0.2, 20.0});
+  options->Add("num_sparse_points", &num_sparse_points,
+               "points with tracks in the sparse model; 0: none", {0, 10000000});
+  options->Add("sparse_noise", &sparse_noise_px,
+               "standard deviation of the sparse points, pixels on the surface", {0.0, 100.0});
+}
+
+SyntheticScene MakeScene(const SyntheticSceneOptions& options, const RunContext& context) {
+  const Interest interest = InterestOf(options.shape);
+  const PinholeCamera camera = MakeCamera(options.width, options.height, options.focal_factor);
+  SyntheticScene result;
+  result.shape = MakeShape(options.shape,
+                           FittingDistance(options, interest.radius) / camera.MeanFocalLength());
+  for (const Stand& stand : MakeStands(options, interest)) {
+    result.scene.views.push_back(
+        MakeView(result.scene.num_views(), camera, LookAt(stand.center, stand.target)));
+  }
+  result.gsd = MedianGsd(*result.shape, result.scene, options.seed, context);
+  if (options.num_sparse_points > 0) {
+    result.scene.points = SampleSparsePoints(
+        *result.shape, result.scene, static_cast<size_t>(options.num_sparse_points),
+        options.sparse_noise_px * result.gsd, options.seed + 1, context);
+  }
+  result.photo.texture.finest_wavelength = 2.5 * result.gsd;
+  result.photo.texture.coarsest_wavelength = 80.0 * result.gsd;
+  result.photo.texture.weak_zone_size = 100.0 * result.gsd;
+  result.photo.texture.seed = options.seed + 2;
+  result.photo.seed = options.seed + 3;
+  return result;
+}
+
+SyntheticScene MakeScene(ShapeName shape, int num_views, int width, int height) {
+  SyntheticSceneOptions options;
+  options.shape = shape;
+  options.num_views = num_views;
+  options.width = width;
+  options.height = height;
+  return MakeScene(options, RunContext());
+}
+
+}  // namespace lsmvs
