@@ -1,0 +1,306 @@
+#include "lsmvs/surface/point_merging.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "lsmvs/surface/hilbert.h"
+#include "lsmvs/surface/point_grid.h"
+
+namespace lsmvs {
+
+namespace {
+
+constexpr size_t kBlock = 1 << 14;
+constexpr int kMaxLevel = 20;
+constexpr int kMaxRank = 31;
+constexpr float kDepthStretch = 2.0f;  // joining distance along the ray over that across
+
+// How near another point must be to join.
+struct Reach {
+  float across = 0, along = 0;  // canonical; across < 0: the point is ignored
+  Eigen::Vector3f ray;          // unit, from the view that sees the point finest
+};
+
+CanonicalFrame FindFrame(const VisibilityCloud& cloud) {
+  constexpr size_t kMaxSample = 100000;
+  const size_t stride = std::max<size_t>(1, cloud.size() / kMaxSample);
+  std::array<std::vector<float>, 3> axes;
+  for (size_t p = 0; p < cloud.size(); p += stride) {
+    if (!cloud.positions[p].allFinite()) continue;
+    for (int k = 0; k < 3; ++k) axes[k].push_back(cloud.positions[p][k]);
+  }
+  CanonicalFrame frame;
+  if (axes[0].empty()) return frame;
+  for (int k = 0; k < 3; ++k) {
+    auto& axis = axes[k];
+    const auto middle = axis.begin() + static_cast<std::ptrdiff_t>(axis.size() / 2);
+    std::nth_element(axis.begin(), middle, axis.end());
+    frame.origin[k] = *middle;
+  }
+  std::vector<double> distances;
+  for (size_t i = 0; i < axes[0].size(); ++i) {
+    // The axes were permuted: take the distances along each.
+    for (int k = 0; k < 3; ++k) distances.push_back(std::abs(axes[k][i] - frame.origin[k]));
+  }
+  const auto high = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() * 9 / 10);
+  std::nth_element(distances.begin(), high, distances.end());
+  if (*high > 0) frame.world_per_unit = std::exp2(std::ceil(std::log2(*high)) + 1);
+  return frame;
+}
+
+Reach MeasureReach(const Scene& scene, const VisibilityCloud& cloud, size_t p,
+                   const PointMergingOptions& options, const CanonicalFrame& frame) {
+  Reach reach;
+  reach.across = -1;
+  if (!cloud.positions[p].allFinite()) return reach;
+  const Eigen::Vector3d x = cloud.positions[p].cast<double>();
+  double finest = std::numeric_limits<double>::infinity(), depth_there = 0;
+  uint32_t view_there = 0;
+  for (const uint32_t view_idx : cloud.ViewsOf(p)) {
+    const View& view = scene.views[view_idx];
+    const double depth = view.Depth(x);
+    const double pixel = depth / view.camera.MeanFocalLength();
+    if (depth <= 0 || pixel >= finest) continue;
+    finest = pixel;
+    depth_there = depth;
+    view_there = view_idx;
+  }
+  if (!(depth_there > 0)) return reach;
+  const double across = options.max_proj_dist * finest;
+  const double along = std::min(kDepthStretch * across, options.max_depth_dist * depth_there);
+  reach.across = static_cast<float>(across / frame.world_per_unit);
+  reach.along = static_cast<float>(along / frame.world_per_unit);
+  reach.ray = (x - scene.views[view_there].CenterInWorld()).normalized().cast<float>();
+  return reach;
+}
+
+// Joins points one after the other.
+class Merger {
+ public:
+  static constexpr uint32_t kIgnored = std::numeric_limits<uint32_t>::max();
+
+  Merger(const Scene& scene, const VisibilityCloud& cloud, const PointMergingOptions& options,
+         const RunContext& context)
+      : scene_(scene), cloud_(cloud), options_(options), context_(context) {
+    result_.frame = FindFrame(cloud);
+  }
+
+  MergedCloud Run() {
+    MeasureReaches();
+    AssignAll();
+    std::vector<Reach>().swap(reaches_);
+    SortVertices();
+    GatherSights();
+    return std::move(result_);
+  }
+
+ private:
+  Eigen::Vector3f Canonical(size_t p) const {
+    return result_.frame.FromWorld(cloud_.positions[p].cast<double>()).cast<float>();
+  }
+
+  void MeasureReaches() {
+    reaches_.resize(cloud_.size());
+    ParallelFor(context_, cloud_.size(), kBlock, [&](size_t p) {
+      reaches_[p] = MeasureReach(scene_, cloud_, p, options_, result_.frame);
+    });
+  }
+
+  double MedianReach() const {
+    std::vector<float> values;
+    for (const Reach& reach : reaches_) {
+      if (reach.across > 0) values.push_back(reach.across);
+    }
+    if (values.empty()) return 0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  }
+
+  // Points by level (octaves of the reach over its median), many views first.
+  std::vector<uint32_t> JoiningOrder(double median, std::vector<size_t>* level_begin) {
+    constexpr int kNumKeys = (2 * kMaxLevel + 1) * (kMaxRank + 1);
+    const auto key = [&](size_t p) {
+      const double octave = median > 0 ? std::floor(std::log2(reaches_[p].across / median)) : 0;
+      const int level =
+          static_cast<int>(std::clamp<double>(octave, -kMaxLevel, kMaxLevel)) + kMaxLevel;
+      const int views = static_cast<int>(std::min<size_t>(kMaxRank, cloud_.ViewsOf(p).size()));
+      return level * (kMaxRank + 1) + kMaxRank - views;
+    };
+    std::vector<size_t> begin(kNumKeys + 1, 0);
+    for (size_t p = 0; p < cloud_.size(); ++p) {
+      if (reaches_[p].across >= 0) ++begin[key(p) + 1];
+    }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    level_begin->clear();
+    for (int level = 0; level <= 2 * kMaxLevel + 1; ++level) {
+      level_begin->push_back(begin[level * (kMaxRank + 1)]);
+    }
+    std::vector<uint32_t> order(begin.back());
+    for (size_t p = 0; p < cloud_.size(); ++p) {
+      if (reaches_[p].across >= 0) order[begin[key(p)]++] = static_cast<uint32_t>(p);
+    }
+    result_.num_ignored_points = cloud_.size() - order.size();
+    return order;
+  }
+
+  void AssignAll() {
+    assignment_.assign(cloud_.size(), kIgnored);
+    const double median = MedianReach();
+    std::vector<size_t> level_begin;
+    const std::vector<uint32_t> order = JoiningOrder(median, &level_begin);
+    for (int level = 0; level <= 2 * kMaxLevel; ++level) {
+      if (level_begin[level] == level_begin[level + 1]) continue;
+      context_.ThrowIfCancelled();
+      const float upper = static_cast<float>(median * std::exp2(level - kMaxLevel + 1));
+      PointGrid grid(kDepthStretch * upper, &seeds_);
+      grid.InsertThinned(upper / 4);
+      for (size_t i = level_begin[level]; i < level_begin[level + 1]; ++i) Assign(order[i], &grid);
+    }
+  }
+
+  // Squared distance in units of the reach; above 1 they do not join.
+  float Separation(uint32_t p, const Eigen::Vector3f& x, uint32_t vertex) const {
+    const Reach& reach = reaches_[p];
+    const Eigen::Vector3f offset = seeds_[vertex] - x;
+    const float along = offset.dot(reach.ray);
+    const float across_squared = std::max(0.0f, offset.squaredNorm() - along * along);
+    const float separation = across_squared / (reach.across * reach.across) +
+                             along * along / (reach.along * reach.along);
+    if (!(separation <= 1)) return offset.isZero(0.0f) ? 0.0f : 2.0f;
+    if (cloud_.normals[p].dot(cloud_.normals[result_.first_point[vertex]]) < 0) return 2.0f;
+    return separation;
+  }
+
+  void Assign(uint32_t p, PointGrid* grid) {
+    const Eigen::Vector3f x = Canonical(p);
+    float best = 1;
+    uint32_t best_vertex = kIgnored;
+    const float radius = std::max(reaches_[p].across, reaches_[p].along);
+    grid->ForEachNear(x, radius, [&](uint32_t vertex) {
+      const float separation = Separation(p, x, vertex);
+      if (separation < best || (separation == best && vertex < best_vertex)) {
+        best = separation;
+        best_vertex = vertex;
+      }
+    });
+    if (best_vertex == kIgnored) {
+      best_vertex = static_cast<uint32_t>(seeds_.size());
+      seeds_.push_back(x);
+      result_.first_point.push_back(p);
+      grid->Insert(best_vertex);
+    }
+    assignment_[p] = best_vertex;
+  }
+
+  void SortVertices() {
+    const std::vector<uint32_t> order = HilbertOrder(seeds_);
+    std::vector<uint32_t> position(order.size());
+    std::vector<Eigen::Vector3f> seeds(order.size());
+    std::vector<uint32_t> first_point(order.size());
+    for (size_t i = 0; i < order.size(); ++i) {
+      position[order[i]] = static_cast<uint32_t>(i);
+      seeds[i] = seeds_[order[i]];
+      first_point[i] = result_.first_point[order[i]];
+    }
+    seeds_.swap(seeds);
+    result_.first_point.swap(first_point);
+    for (uint32_t& vertex : assignment_) {
+      if (vertex != kIgnored) vertex = position[vertex];
+    }
+  }
+
+  // Points grouped by their vertex, in input order.
+  std::vector<uint32_t> GroupMembers(std::vector<uint32_t>* begin) const {
+    begin->assign(seeds_.size() + 2, 0);
+    for (const uint32_t vertex : assignment_) {
+      if (vertex != kIgnored) ++(*begin)[vertex + 2];
+    }
+    std::partial_sum(begin->begin(), begin->end(), begin->begin());
+    std::vector<uint32_t> members(begin->back());
+    for (size_t p = 0; p < assignment_.size(); ++p) {
+      if (assignment_[p] != kIgnored)
+        members[(*begin)[assignment_[p] + 1]++] = static_cast<uint32_t>(p);
+    }
+    begin->pop_back();
+    return members;
+  }
+
+  void GatherSights() {
+    std::vector<uint32_t> begin;
+    const std::vector<uint32_t> members = GroupMembers(&begin);
+    std::vector<uint32_t>().swap(assignment_);
+    result_.positions.resize(seeds_.size());
+    result_.colors.resize(seeds_.size());
+    result_.sight_begin.assign(1, 0);
+    result_.sight_begin.reserve(seeds_.size() + 1);
+    std::vector<Sight> sights;
+    for (size_t v = 0; v < seeds_.size(); ++v) {
+      const std::span<const uint32_t> points(members.data() + begin[v],
+                                             members.data() + begin[v + 1]);
+      Average(v, points);
+      ListSights(points, &sights);
+      result_.sights.insert(result_.sights.end(), sights.begin(), sights.end());
+      result_.sight_begin.push_back(result_.sights.size());
+    }
+    result_.sights.shrink_to_fit();
+  }
+
+  void Average(size_t v, std::span<const uint32_t> points) {
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+    Eigen::Vector3i color = Eigen::Vector3i::Zero();
+    for (const uint32_t p : points) {
+      offset += (Canonical(p) - seeds_[v]).cast<double>();
+      color += cloud_.colors[p].cast<int>();
+    }
+    const double count = static_cast<double>(points.size());
+    result_.positions[v] = (seeds_[v].cast<double>() + offset / count).cast<float>();
+    const Eigen::Vector3d mean = color.cast<double>() / count + Eigen::Vector3d::Constant(0.5);
+    result_.colors[v] = mean.cast<uint8_t>();
+  }
+
+  void ListSights(std::span<const uint32_t> points, std::vector<Sight>* sights) const {
+    sights->clear();
+    for (const uint32_t p : points) {
+      const auto views = cloud_.ViewsOf(p);
+      const double n = static_cast<double>(views.size()) / options_.visibility_sigma;
+      const auto support = static_cast<float>(-std::expm1(-0.5 * n * n));
+      for (const uint32_t view_idx : views) {
+        const Eigen::Vector3d x = cloud_.positions[p].cast<double>();
+        if (scene_.views[view_idx].Depth(x) > 0) sights->push_back({view_idx, support});
+      }
+    }
+    std::stable_sort(sights->begin(), sights->end(),
+                     [](const Sight& a, const Sight& b) { return a.view_idx < b.view_idx; });
+    size_t count = 0;
+    for (const Sight& sight : *sights) {
+      if (count > 0 && (*sights)[count - 1].view_idx == sight.view_idx) {
+        (*sights)[count - 1].support += sight.support;
+      } else {
+        (*sights)[count++] = sight;
+      }
+    }
+    sights->resize(count);
+  }
+
+  const Scene& scene_;
+  const VisibilityCloud& cloud_;
+  const PointMergingOptions options_;
+  const RunContext& context_;
+  MergedCloud result_;
+  std::vector<Reach> reaches_;
+  std::vector<uint32_t> assignment_;    // point -> vertex
+  std::vector<Eigen::Vector3f> seeds_;  // position of first_point
+};
+
+}  // namespace
+
+MergedCloud MergePoints(const Scene& scene, const VisibilityCloud& cloud,
+                        const PointMergingOptions& options, const RunContext& context) {
+  return Merger(scene, cloud, options, context).Run();
+}
+
+}  // namespace lsmvs

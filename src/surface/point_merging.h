@@ -1,0 +1,62 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "lsmvs/scene/scene.h"
+#include "lsmvs/scene/visibility_cloud.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+// Where the mesher computes: shifted to the middle of the points and scaled by a power of two to
+// about unit size, so that floats resolve the surface whatever the scene's unit and origin.
+struct CanonicalFrame {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // in the world
+  double world_per_unit = 1;                         // a power of two
+
+  Eigen::Vector3d FromWorld(const Eigen::Vector3d& x) const {
+    return (x - origin) / world_per_unit;
+  }
+  Eigen::Vector3d ToWorld(const Eigen::Vector3d& x) const { return x * world_per_unit + origin; }
+};
+
+struct PointMergingOptions {
+  double max_proj_dist = 2.0;     // pixels
+  double max_depth_dist = 0.01;   // fraction of the depth
+  double visibility_sigma = 3.0;  // views
+};
+
+// One view's sight of a vertex.
+struct Sight {
+  uint32_t view_idx = 0;
+  float support = 0;  // sum over the points behind it of 1 - exp(-n^2 / (2 visibility_sigma^2)), n
+                      // = views of the point
+};
+
+// The vertices-to-be, in spatial order.
+struct MergedCloud {
+  CanonicalFrame frame;
+  std::vector<Eigen::Vector3f> positions;  // #V, canonical: mean of the merged points
+  std::vector<uint32_t> first_point;       // #V: the point that the others joined
+  std::vector<Color> colors;               // #V, mean of the merged points
+  std::vector<uint64_t> sight_begin;       // #V + 1
+  std::vector<Sight> sights;               // ascending view_idx within a vertex
+  size_t num_ignored_points = 0;           // not finite, or before none of their views
+
+  std::span<const Sight> SightsOf(size_t v) const {
+    return {sights.data() + sight_begin[v], sights.data() + sight_begin[v + 1]};
+  }
+};
+
+// Thins the cloud to about one point for each max_proj_dist pixels of surface. Points are taken
+// finest view first, then by number of views, then in input order: a point joins the vertex that is
+// nearest in units of the joining distances if it lies within max_proj_dist pixels of it across the
+// viewing ray and within twice that, and max_depth_dist of the depth, along it, and their normals
+// (where known) do not oppose; else it becomes a vertex. Independent of the world frame. O(n).
+MergedCloud MergePoints(const Scene& scene, const VisibilityCloud& cloud,
+                        const PointMergingOptions& options, const RunContext& context);
+
+}  // namespace lsmvs

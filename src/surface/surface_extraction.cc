@@ -1,0 +1,263 @@
+#include "lsmvs/surface/surface_extraction.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <tuple>
+#include <unordered_map>
+
+#include "lsmvs/util/check.h"
+
+namespace lsmvs {
+
+namespace {
+
+struct Facet {
+  int32_t cell;  // the full one
+  int8_t index;
+  std::array<int32_t, 3> vertex;   // counter-clockwise from the empty side
+  std::array<int32_t, 3> partner;  // facet across the edge vertex[k] - vertex[k+1]; -1 at the hull
+};
+
+class Extractor {
+ public:
+  Extractor(const CellComplex& complex, const std::vector<uint32_t>& rank)
+      : complex_(complex), rank_(rank) {}
+
+  ExtractedSurface Run() {
+    CollectFacets();
+    result_.num_cut_facets = facets_.size();
+    PairFacets();
+    NumberCorners();
+    WriteMesh();
+    SplitSharedEdges();
+    return std::move(result_);
+  }
+
+ private:
+  bool Full(int32_t cell) const { return !complex_.cells[cell].OnSourceSide(); }
+  // Between full and empty, and not at infinity.
+  bool OnSurface(int32_t cell, int i) const {
+    const int32_t other = complex_.cells[cell].neighbor[i];
+    return Full(cell) && !Full(other) && !(complex_.IsInfinite(cell) && complex_.IsInfinite(other));
+  }
+
+  void CollectFacets() {
+    for (int32_t c = 0; c < static_cast<int32_t>(complex_.cells.size()); ++c) {
+      if (!Full(c)) continue;
+      for (int8_t i = 0; i < 4; ++i) {
+        if (OnSurface(c, i)) facets_.push_back(MakeFacet(c, i));
+      }
+    }
+    std::sort(facets_.begin(), facets_.end(),
+              [&](const Facet& a, const Facet& b) { return RankKey(a) < RankKey(b); });
+  }
+
+  std::tuple<uint32_t, uint32_t, uint32_t> RankKey(const Facet& facet) const {
+    return {rank_[facet.vertex[0]], rank_[facet.vertex[1]], rank_[facet.vertex[2]]};
+  }
+
+  Facet MakeFacet(int32_t c, int8_t i) const {
+    const Cell& cell = complex_.cells[c];
+    Facet facet{c, i, {}, {-1, -1, -1}};
+    // From inside counter-clockwise, so clockwise from outside: reversed. In a cell at infinity the
+    // table's order holds too.
+    for (int k = 0; k < 3; ++k) facet.vertex[k] = cell.vertex[kFacetVertices[i][2 - k]];
+    auto& v = facet.vertex;
+    const auto lowest = std::min_element(v.begin(), v.end(),
+                                         [&](int32_t a, int32_t b) { return rank_[a] < rank_[b]; });
+    std::rotate(v.begin(), lowest, v.end());
+    return facet;
+  }
+
+  // Around the edge through full cells to the facet where they end.
+  std::pair<int32_t, int> Opposite(const Facet& facet, int k) const {
+    const int32_t a = facet.vertex[k], b = facet.vertex[(k + 1) % 3];
+    int32_t c = facet.cell;
+    int from = facet.index;
+    while (true) {
+      const Cell& cell = complex_.cells[c];
+      // The other facet at the edge: opposite to the vertex that is neither a, b nor opposite to
+      // `from`.
+      int to = 0;
+      while (to == from || cell.vertex[to] == a || cell.vertex[to] == b) ++to;
+      const int32_t next = cell.neighbor[to];
+      if (!Full(next)) return OnSurface(c, to) ? std::pair(c, to) : std::pair(-1, 0);
+      from = cell.Reverse(to);
+      c = next;
+    }
+  }
+
+  void PairFacets() {
+    // Facet of (cell, index), found through the cells, sorted.
+    std::vector<std::pair<int64_t, int32_t>> position;
+    position.reserve(facets_.size());
+    for (size_t f = 0; f < facets_.size(); ++f) {
+      position.push_back({Key(facets_[f].cell, facets_[f].index), static_cast<int32_t>(f)});
+    }
+    std::sort(position.begin(), position.end());
+    for (Facet& facet : facets_) {
+      for (int k = 0; k < 3; ++k) {
+        const auto [cell, index] = Opposite(facet, k);
+        if (cell < 0) continue;
+        facet.partner[k] = std::lower_bound(position.begin(), position.end(),
+                                            std::pair(Key(cell, index), int32_t{0}))
+                               ->second;
+      }
+    }
+  }
+  static int64_t Key(int32_t cell, int index) { return static_cast<int64_t>(cell) * 4 + index; }
+
+  size_t FindFan(size_t corner) {
+    while (fan_[corner] != corner) corner = fan_[corner] = fan_[fan_[corner]];
+    return corner;
+  }
+  void JoinFans(size_t a, size_t b) {
+    a = FindFan(a);
+    b = FindFan(b);
+    fan_[std::max(a, b)] = std::min(a, b);
+  }
+  size_t CornerOf(size_t f, int32_t vertex) const {
+    const auto& v = facets_[f].vertex;
+    return 3 * f + (v[0] == vertex ? 0 : v[1] == vertex ? 1 : 2);
+  }
+
+  // One mesh vertex for each fan of corners that are joined across edges.
+  void NumberCorners() {
+    fan_.resize(3 * facets_.size());
+    std::iota(fan_.begin(), fan_.end(), size_t{0});
+    for (size_t f = 0; f < facets_.size(); ++f) {
+      for (int k = 0; k < 3; ++k) {
+        const int32_t partner = facets_[f].partner[k];
+        if (partner < 0) continue;
+        for (const int32_t v : {facets_[f].vertex[k], facets_[f].vertex[(k + 1) % 3]}) {
+          JoinFans(CornerOf(f, v), CornerOf(static_cast<size_t>(partner), v));
+        }
+      }
+    }
+    struct Fan {
+      uint32_t rank;
+      size_t corner;
+    };
+    std::vector<Fan> fans;
+    for (size_t corner = 0; corner < fan_.size(); ++corner) {
+      if (FindFan(corner) == corner) fans.push_back({rank_[VertexAt(corner)], corner});
+    }
+    std::sort(fans.begin(), fans.end(), [](const Fan& a, const Fan& b) {
+      return std::tie(a.rank, a.corner) < std::tie(b.rank, b.corner);
+    });
+    corner_vertex_.resize(fan_.size());
+    for (size_t i = 0; i < fans.size(); ++i) {
+      const int32_t point = VertexAt(fans[i].corner);
+      result_.num_split_vertices += (i > 0 && result_.vertex_point.back() == point);
+      result_.vertex_point.push_back(point);
+      result_.mesh.vertices.push_back(complex_.points[point].cast<double>());
+      corner_vertex_[fans[i].corner] = static_cast<int32_t>(i);
+    }
+    for (size_t corner = 0; corner < fan_.size(); ++corner) {
+      corner_vertex_[corner] = corner_vertex_[FindFan(corner)];
+    }
+  }
+  int32_t VertexAt(size_t corner) const { return facets_[corner / 3].vertex[corner % 3]; }
+
+  void WriteMesh() {
+    for (size_t f = 0; f < facets_.size(); ++f) {
+      result_.mesh.faces.emplace_back(corner_vertex_[3 * f], corner_vertex_[3 * f + 1],
+                                      corner_vertex_[3 * f + 2]);
+    }
+  }
+
+  // Edges of which both ends are in one fan each, but which still join more than one pair of
+  // facets.
+  void SplitSharedEdges() {
+    struct HalfEdge {
+      int32_t low, high;
+      size_t facet, pair;  // pair: the lower facet of the two that are joined here
+      int k;
+    };
+    std::vector<HalfEdge> edges;
+    for (size_t f = 0; f < facets_.size(); ++f) {
+      for (int k = 0; k < 3; ++k) {
+        const Eigen::Vector3i& face = result_.mesh.faces[f];
+        const int32_t partner = facets_[f].partner[k];
+        const size_t pair = partner < 0 ? f : std::min(f, static_cast<size_t>(partner));
+        edges.push_back({std::min(face[k], face[(k + 1) % 3]), std::max(face[k], face[(k + 1) % 3]),
+                         f, pair, k});
+      }
+    }
+    std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
+      return std::tie(a.low, a.high, a.pair, a.facet) < std::tie(b.low, b.high, b.pair, b.facet);
+    });
+    std::vector<std::array<int32_t, 3>>
+        middles;  // by entry: middle vertex on edge k of a facet, or -1
+    std::unordered_map<size_t, size_t> entry_of;
+    std::vector<size_t> touched;
+    for (size_t i = 1; i < edges.size(); ++i) {
+      const HalfEdge &e = edges[i], &before = edges[i - 1];
+      if (e.low != before.low || e.high != before.high) continue;
+      const bool same_pair = e.pair == before.pair;
+      const auto known = entry_of.find(before.facet);
+      const int32_t shared = known == entry_of.end() ? -1 : middles[known->second][before.k];
+      if (same_pair && shared < 0) continue;  // the first pair keeps the edge
+      const int32_t middle = same_pair ? shared : AddMiddle(e.low, e.high);
+      const auto [it, is_new] = entry_of.try_emplace(e.facet, middles.size());
+      if (is_new) {
+        middles.push_back({-1, -1, -1});
+        touched.push_back(e.facet);
+      }
+      middles[it->second][e.k] = middle;
+    }
+    for (const size_t f : touched) SplitFacet(f, middles[entry_of[f]]);
+  }
+
+  int32_t AddMiddle(int32_t a, int32_t b) {
+    result_.mesh.vertices.push_back(0.5 * (result_.mesh.vertices[a] + result_.mesh.vertices[b]));
+    result_.vertex_point.push_back(-1);
+    ++result_.num_split_vertices;
+    return static_cast<int32_t>(result_.mesh.vertices.size() - 1);
+  }
+
+  // Replaces a face by a fan around its centroid-free polygon: corners with the middles between
+  // them.
+  void SplitFacet(size_t f, const std::array<int32_t, 3>& middle) {
+    const Eigen::Vector3i face = result_.mesh.faces[f];
+    std::vector<int> polygon;
+    int apex = 0;
+    for (int k = 0; k < 3; ++k) {
+      polygon.push_back(face[k]);
+      if (middle[k] < 0) continue;
+      apex = static_cast<int>(polygon.size());
+      polygon.push_back(middle[k]);
+    }
+    std::rotate(polygon.begin(), polygon.begin() + apex, polygon.end());
+    // From a middle: no triangle has all its corners on one side of the old face.
+    if (polygon.size() == 6) {
+      // a m0 b m1 c m2, starting at a middle: corner cut-offs and the inner triangle
+      const auto& p = polygon;
+      result_.mesh.faces[f] = {p[0], p[2], p[4]};
+      for (int k = 0; k < 6; k += 2)
+        result_.mesh.faces.emplace_back(p[k], p[k + 1], p[(k + 2) % 6]);
+      return;
+    }
+    result_.mesh.faces[f] = {polygon[0], polygon[1], polygon[2]};
+    for (size_t k = 2; k + 1 < polygon.size(); ++k) {
+      result_.mesh.faces.emplace_back(polygon[0], polygon[k], polygon[k + 1]);
+    }
+  }
+
+  const CellComplex& complex_;
+  const std::vector<uint32_t>& rank_;
+  std::vector<Facet> facets_;
+  std::vector<size_t> fan_;
+  std::vector<int32_t> corner_vertex_;
+  ExtractedSurface result_;
+};
+
+}  // namespace
+
+ExtractedSurface ExtractSurface(const CellComplex& complex,
+                                const std::vector<uint32_t>& vertex_rank) {
+  return Extractor(complex, vertex_rank).Run();
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,168 @@
+#include "lsmvs/surface/visibility_mesher.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "lsmvs/surface/cell_complex.h"
+#include "lsmvs/surface/minimum_cut.h"
+#include "lsmvs/surface/point_merging.h"
+#include "lsmvs/surface/surface_cleaning.h"
+#include "lsmvs/surface/surface_extraction.h"
+#include "lsmvs/surface/visibility_weights.h"
+#include "lsmvs/util/error.h"
+#include "lsmvs/util/memory.h"
+
+namespace lsmvs {
+
+namespace {
+
+// Runs the phases one after the other, each dropping what the next do not need.
+class Mesher {
+ public:
+  Mesher(const Scene& scene, const VisibilityCloud& cloud, const VisibilityMesherOptions& options,
+         const RunContext& context)
+      : scene_(scene), cloud_(cloud), options_(options), context_(context) {
+    result_.counters.num_points = cloud.size();
+  }
+
+  VisibilityMesherResult Run() {
+    const RunContext& all = context_;
+    Time("merging", [&] { Merge(all.Part(0, 0.1)); });
+    if (merged_.positions.empty()) {
+      return Fail(VisibilityMesherStatus::kNoPoints, "no point that a view sees: nothing to mesh");
+    }
+    Time("tetrahedra", [&] { complex_ = BuildDelaunay(std::exchange(merged_.positions, {})); });
+    if (complex_.cells.empty()) {
+      return Fail(VisibilityMesherStatus::kDegenerate,
+                  fmt::format("{} different points, which span no volume: nothing to mesh",
+                              complex_.points.size()));
+    }
+    result_.counters.num_cells = complex_.cells.size();
+    Time("rays", [&] { Weigh(all.Part(0.3, 0.7)); });
+    Time("cut", [&] { Cut(all.Part(0.7, 0.95)); });
+    Time("extraction", [&] { Extract(); });
+    if (surface_.mesh.faces.empty()) {
+      return Fail(VisibilityMesherStatus::kEmptyCut, "the views support no surface");
+    }
+    Time("cleaning", [&] { Clean(); });
+    return Succeed();
+  }
+
+ private:
+  template <class Phase>
+  void Time(const char* name, const Phase& phase) {
+    context_.ThrowIfCancelled();
+    const auto begin = std::chrono::steady_clock::now();
+    phase();
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    result_.seconds.emplace_back(name, seconds.count());
+  }
+
+  void Merge(const RunContext& context) {
+    const PointMergingOptions merging{options_.max_proj_dist, options_.max_depth_dist,
+                                      options_.visibility_sigma};
+    merged_ = MergePoints(scene_, cloud_, merging, context);
+    result_.counters.num_ignored_points = merged_.num_ignored_points;
+    result_.counters.num_vertices = merged_.positions.size();
+  }
+
+  void Weigh(const RunContext& context) {
+    const VisibilityWeightOptions weights{
+        options_.distance_sigma_factor, options_.sink_distance_factor,
+        options_.quality_regularization, options_.weak_surface_boost};
+    const VisibilityWeightCounters counters =
+        WeighCells(scene_, merged_, weights, context, &complex_);
+    result_.counters.num_rays = counters.num_rays;
+    result_.counters.num_crossings = counters.num_crossings;
+    result_.counters.num_lost_rays = counters.num_lost_rays;
+  }
+
+  void Cut(const RunContext& context) {
+    result_.counters.cut_value =
+        static_cast<double>(MaximizeFlow(&complex_.cells, context)) / kCapacityPerWeight;
+    for (const Cell& cell : complex_.cells) {
+      result_.counters.num_empty_cells += cell.OnSourceSide();
+    }
+  }
+
+  void Extract() {
+    surface_ = ExtractSurface(complex_, merged_.first_point);
+    complex_ = {};
+    result_.counters.num_cut_facets = surface_.num_cut_facets;
+    result_.counters.num_split_vertices = surface_.num_split_vertices;
+  }
+
+  void Clean() {
+    const SurfaceCleaningOptions cleaning{
+        options_.max_side_length_factor, options_.max_side_length_percentile,
+        options_.min_component_fraction, options_.min_component_faces,
+        options_.max_hole_edges,         options_.smoothing_iterations};
+    const SurfaceCleaningCounters counters = CleanSurface(merged_, cleaning, context_, &surface_);
+    result_.counters.num_dropped_facets = counters.num_dropped_facets;
+    result_.counters.num_components = counters.num_components;
+    result_.counters.num_dropped_components = counters.num_dropped_components;
+    result_.counters.num_dropped_component_faces = counters.num_dropped_component_faces;
+    result_.counters.num_closed_holes = counters.num_closed_holes;
+  }
+
+  VisibilityMesherResult Fail(VisibilityMesherStatus status, const std::string& message) {
+    result_.status = status;
+    result_.message = message;
+    return std::move(result_);
+  }
+
+  VisibilityMesherResult Succeed() {
+    TriangleMesh& mesh = surface_.mesh;
+    for (size_t v = 0; v < mesh.vertices.size(); ++v) {
+      mesh.vertices[v] = merged_.frame.ToWorld(mesh.vertices[v]);
+      const int32_t point = surface_.vertex_point[v];
+      if (point >= 0) {
+        for (const Sight& sight : merged_.SightsOf(static_cast<size_t>(point))) {
+          result_.view_idxs.push_back(sight.view_idx);
+        }
+      }
+      result_.view_begin.push_back(result_.view_idxs.size());
+    }
+    mesh.vertex_normals = ComputeVertexNormals(mesh);
+    result_.message = fmt::format("{} vertices and {} faces from {} points", mesh.vertices.size(),
+                                  mesh.faces.size(), cloud_.size());
+    result_.mesh = std::move(mesh);
+    context_.Report(1);
+    return std::move(result_);
+  }
+
+  const Scene& scene_;
+  const VisibilityCloud& cloud_;
+  const VisibilityMesherOptions& options_;
+  const RunContext& context_;
+  MergedCloud merged_;
+  CellComplex complex_;
+  ExtractedSurface surface_;
+  VisibilityMesherResult result_;
+};
+
+void CheckBudget(const CostEstimate& estimate, const RunContext& context) {
+  if (estimate.peak_bytes <= context.memory_budget_bytes) return;
+  constexpr double kMegabyte = 1 << 20;
+  throw MemoryError(fmt::format(
+      "the surface needs about {:.0f} MB and {:.0f} MB are allowed; raise --max_memory or "
+      "--VisibilityMeshing.max_proj_dist",
+      static_cast<double>(estimate.peak_bytes) / kMegabyte,
+      static_cast<double>(context.memory_budget_bytes) / kMegabyte));
+}
+
+}  // namespace
+
+VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, const VisibilityCloud& cloud,
+                                           const VisibilityMesherOptions& options,
+                                           const RunContext& context) {
+  if (std::string error; !options.Check(&error)) throw UsageError(error);
+  cloud.CheckConsistent(scene.views.size());
+  CheckBudget(EstimateVisibilityMesherCost(cloud.size(), cloud.view_idxs.size(), options), context);
+  return Mesher(scene, cloud, options, context).Run();
+}
+
+}  // namespace lsmvs

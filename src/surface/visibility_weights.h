@@ -1,0 +1,44 @@
+#pragma once
+
+#include "lsmvs/scene/scene.h"
+#include "lsmvs/surface/cell_complex.h"
+#include "lsmvs/surface/point_merging.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+struct VisibilityWeightOptions {
+  double distance_sigma_factor = 1;
+  double sink_distance_factor = 1;
+  double quality_regularization = 1;
+  double weak_surface_boost = 0;
+};
+
+struct VisibilityWeightCounters {
+  size_t num_rays = 0, num_crossings = 0, num_lost_rays = 0;
+};
+
+// Capacity that stands for the weight 1: one fully trusted ray.
+inline constexpr double kCapacityPerWeight = 512;
+
+// Fills the capacities of the complex' cells from what the views saw (method of
+// visibility_mesher.h). For a sight with weight w of the vertex p by a view:
+//  - each facet that the segment from p to the view's centre crosses at distance d from p gets
+//    w (1 - exp(-d^2 / (2 sigma^2))) in the direction from the view to p;
+//  - the cell that holds the centre is tied to the source; if the ray leaves the hull, the cell at
+//  infinity gets w from it;
+//  - the cell at sink_distance_factor * sigma behind p gets w to the sink.
+// Every facet between tetrahedra gets quality_regularization * (1 - min(cos phi, cos psi)) in both
+// directions, phi and psi the angles that its plane makes with the circumspheres of its two cells.
+// Weights are added as integers and saturate at CutNode::kMaxCapacity, so that the sums do not
+// depend on their order.
+VisibilityWeightCounters WeighCells(const Scene& scene, const MergedCloud& cloud,
+                                    const VisibilityWeightOptions& options,
+                                    const RunContext& context, CellComplex* complex);
+
+// Per vertex distance_sigma_factor times the median length of the edges at it, clamped to within a
+// factor of the median over all vertices; canonical units.
+std::vector<float> VertexSigmas(const CellComplex& complex, double distance_sigma_factor,
+                                const RunContext& context);
+
+}  // namespace lsmvs
