@@ -14,6 +14,8 @@ namespace lsmvs {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+// Around a circle: the chords stay within 2 % of the radius.
+constexpr int kMinStepsAround = 16;
 
 // Distance to the sphere along the ray, from outside.
 std::optional<double> SphereDistance(const Eigen::Vector3d& origin_from_center,
@@ -135,8 +137,9 @@ Eigen::AlignedBox3d Torus::Bounds() const {
 }
 
 TriangleMesh Torus::Mesh(double edge_length) const {
-  const int num_tube = Steps(2 * kPi * minor_radius_, edge_length, 6);
-  const int num_around = Steps(2 * kPi * (major_radius_ + minor_radius_), edge_length, 6);
+  const int num_tube = Steps(2 * kPi * minor_radius_, edge_length, kMinStepsAround);
+  const int num_around =
+      Steps(2 * kPi * (major_radius_ + minor_radius_), edge_length, kMinStepsAround);
   std::vector<Eigen::Vector2d> profile;
   for (int i = 0; i < num_tube; ++i) {
     const double angle = 2 * kPi * i / num_tube;
@@ -188,7 +191,7 @@ Eigen::AlignedBox3d Capsule::Bounds() const {
 
 TriangleMesh Capsule::Mesh(double edge_length) const {
   const double length = (b_ - a_).norm();
-  const int num_arc = Steps(0.5 * kPi * radius_, edge_length, 3);
+  const int num_arc = Steps(0.5 * kPi * radius_, edge_length, kMinStepsAround / 4);
   const int num_body = Steps(length, edge_length, 1);
   std::vector<Eigen::Vector2d> profile;
   const auto add_arc = [&](double middle, double begin) {
@@ -202,7 +205,8 @@ TriangleMesh Capsule::Mesh(double edge_length) const {
   add_arc(0.0, -0.5 * kPi);
   for (int i = 1; i < num_body; ++i) profile.emplace_back(radius_, length * i / num_body);
   add_arc(length, 0.0);
-  TriangleMesh mesh = Revolve(profile, false, Steps(2 * kPi * radius_, edge_length, 6));
+  TriangleMesh mesh =
+      Revolve(profile, false, Steps(2 * kPi * radius_, edge_length, kMinStepsAround));
   const Eigen::Matrix3d turn =
       Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), b_ - a_).toRotationMatrix();
   for (Eigen::Vector3d& x : mesh.vertices) x = a_ + turn * x;

@@ -193,6 +193,28 @@ class Renderer {
 
 }  // namespace
 
+void PhotoOptions::Describe(OptionSet* options) {
+  options->Add("Photo.contrast", &texture.contrast, "contrast of the texture", {0.0, 10.0});
+  options->Add("Photo.weak_fraction", &texture.weak_fraction,
+               "share of the surface that has hardly any texture", {0.0, 1.0});
+  options->Add("Photo.ambient", &ambient, "share of light from everywhere; 1: no shading",
+               {0.0, 1.0});
+  options->Add("Photo.cast_shadows", &cast_shadows, "whether the shape casts shadows");
+  options->Add("Photo.gain_sigma", &gain_sigma, "standard deviation of the gain of each photo",
+               {0.0, 1.0});
+  options->Add("Photo.offset_sigma", &offset_sigma,
+               "standard deviation of what is added to each photo, grey levels", {0.0, 255.0});
+  options->Add("Photo.noise_sigma", &noise_sigma,
+               "standard deviation of the sensor noise, grey levels", {0.0, 255.0});
+  options->Add("Photo.exposure_step", &exposure_step, "gain of every second photo", {0.01, 100.0});
+  options->Add("Photo.moving_shadow", &moving_shadow,
+               "share of light that a band takes away which lies elsewhere in each photo",
+               {0.0, 1.0});
+  options->Add("Photo.specular", &specular, "strength of a highlight, share of white", {0.0, 1.0});
+  options->Add("Photo.supersampling", &supersampling, "rays a side of a pixel at edges; 1: none",
+               {1, 16});
+}
+
 ColorImage RenderPhoto(const Shape& shape, const Scene& scene, int view_idx,
                        const PhotoOptions& options, const RunContext& context) {
   LSMVS_CHECK_LT(view_idx, scene.num_views());

@@ -7,6 +7,7 @@
 #include "lsmvs/scene/scene.h"
 #include "lsmvs/synthetic/shape.h"
 #include "lsmvs/synthetic/texture.h"
+#include "lsmvs/util/option_set.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
@@ -28,6 +29,9 @@ struct PhotoOptions {
   int supersampling = 3;  // rays a side of a pixel where depth or normal jumps; 1: none
   Color background = Color(90, 110, 140);
   uint64_t seed = 0;
+
+  void Describe(OptionSet* options);
+  bool Check(std::string* error) const { return CheckOptions(*this, error); }
 };
 
 // Renders the photo that a view takes of the shape. Pixels are integrals over their squares

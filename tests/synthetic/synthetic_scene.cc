@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <vector>
 
@@ -144,6 +145,7 @@ void SyntheticSceneOptions::Describe(OptionSet* options) {
                "points with tracks in the sparse model; 0: none", {0, 10000000});
   options->Add("sparse_noise", &sparse_noise_px,
                "standard deviation of the sparse points, pixels on the surface", {0.0, 100.0});
+  options->Add("image_extension", &image_extension, "file format of the photos: png or jpg");
 }
 
 SyntheticScene MakeScene(const SyntheticSceneOptions& options, const RunContext& context) {
@@ -155,6 +157,8 @@ SyntheticScene MakeScene(const SyntheticSceneOptions& options, const RunContext&
   for (const Stand& stand : MakeStands(options, interest)) {
     result.scene.views.push_back(
         MakeView(result.scene.num_views(), camera, LookAt(stand.center, stand.target)));
+    std::string& name = result.scene.views.back().name;
+    name = std::filesystem::path(name).replace_extension(options.image_extension).string();
   }
   result.gsd = MedianGsd(*result.shape, result.scene, options.seed, context);
   if (options.num_sparse_points > 0) {

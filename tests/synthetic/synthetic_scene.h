@@ -27,6 +27,7 @@ struct SyntheticSceneOptions {
   double focal_factor = 1.2;      // focal length / longer side
   int num_sparse_points = 2000;   // with tracks, for view selection; 0: none
   double sparse_noise_px = 0.0;   // standard deviation of the sparse points, pixels on the surface
+  std::string image_extension = "png";  // or "jpg": of the views' names
   uint64_t seed = 0;
 
   void Describe(OptionSet* options);

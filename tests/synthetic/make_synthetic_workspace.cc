@@ -1,0 +1,101 @@
+// Renders photos of a shape that is known exactly and writes them, with the truth, as a COLMAP
+// workspace.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <vector>
+
+#include "lsmvs/synthetic/synthetic_scene.h"
+#include "lsmvs/synthetic/workspace.h"
+#include "lsmvs/util/error.h"
+#include "lsmvs/util/option_set.h"
+
+namespace lsmvs {
+namespace {
+
+struct ProgramOptions {
+  SyntheticSceneOptions scene;
+  PhotoOptions photo;
+  std::string output;
+  WorkspaceFormat format = WorkspaceFormat::kDense;
+  int seed = 0;
+
+  void Describe(OptionSet* options) {
+    options->Add("output", &output, "folder to write; it is made if it is missing");
+    options->AddEnum("format", &format, "photos only, what mapper leaves, or a dense workspace",
+                     {{"photos", WorkspaceFormat::kPhotos},
+                      {"project", WorkspaceFormat::kProject},
+                      {"dense", WorkspaceFormat::kDense}});
+    options->Add("seed", &seed, "of all that is random; the same seed gives the same files",
+                 {0, 1000000000});
+    scene.Describe(options);
+    photo.Describe(options);
+  }
+};
+
+void PrintHelp(const OptionSet& options) {
+  std::puts(
+      "usage: make_synthetic_workspace --output FOLDER [--option value]...\n"
+      "Renders photos of a shape that is known exactly. FOLDER gets images/, gt_mesh.ply,\n"
+      "camera_centers.txt (name x y z) and, by format, COLMAP's sparse model.\n");
+  for (const OptionSet::Entry& entry : options.entries()) {
+    fmt::print("  --{:<24} {} ({}{}{}; default {})\n", entry.name, entry.help, entry.type,
+               entry.bounds.empty() ? "" : " ", entry.bounds,
+               entry.default_value.empty() ? "none" : entry.default_value);
+  }
+}
+
+void Parse(const std::vector<std::string>& arguments, const OptionSet& options) {
+  for (size_t i = 0; i < arguments.size(); i += 2) {
+    const OptionSet::Entry* entry =
+        arguments[i].starts_with("--") ? options.Find(arguments[i].substr(2)) : nullptr;
+    if (entry == nullptr) throw UsageError("unknown option '" + arguments[i] + "'; see --help");
+    if (i + 1 == arguments.size()) throw UsageError(arguments[i] + " needs a value");
+    entry->set(arguments[i + 1]);
+  }
+}
+
+void Run(ProgramOptions options) {
+  if (options.output.empty()) throw UsageError("--output is missing; see --help");
+  options.scene.seed = static_cast<uint64_t>(options.seed);
+  const RunContext context;
+  SyntheticScene scene = MakeScene(options.scene, context);
+  // The texture's wavelengths and the seeds come from the scene.
+  const PhotoOptions suited = scene.photo;
+  scene.photo = options.photo;
+  scene.photo.seed = suited.seed;
+  scene.photo.texture = suited.texture;
+  scene.photo.texture.contrast = options.photo.texture.contrast;
+  scene.photo.texture.weak_fraction = options.photo.texture.weak_fraction;
+  WriteWorkspace(options.output, options.format, &scene, context);
+  fmt::print("{}: {} photos of {} x {}, one pixel is {:.6f} on the surface\n", options.output,
+             scene.scene.num_views(), options.scene.width, options.scene.height, scene.gsd);
+}
+
+int Main(const std::vector<std::string>& arguments) {
+  ProgramOptions options;
+  OptionSet set;
+  options.Describe(&set);
+  try {
+    for (const std::string& argument : arguments) {
+      if (argument == "--help" || argument == "-h") return PrintHelp(set), 0;
+    }
+    Parse(arguments, set);
+    Run(options);
+    return static_cast<int>(ExitCode::kOk);
+  } catch (const Error& error) {
+    fmt::print(stderr, "error: {}\n", error.what());
+    return static_cast<int>(error.code());
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "internal error: {}\n", error.what());
+    return static_cast<int>(ExitCode::kInternal);
+  }
+}
+
+}  // namespace
+}  // namespace lsmvs
+
+int main(int argc, char** argv) { return lsmvs::Main({argv + 1, argv + argc}); }
