@@ -1,18 +1,311 @@
 #include "lsmvs/stereo/quasi_dense_matcher.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+#include "lsmvs/stereo/quasi_dense_images_internal.h"
+#include "lsmvs/stereo/quasi_dense_mutual_internal.h"
+#include "lsmvs/stereo/quasi_dense_pairs_internal.h"
+#include "lsmvs/stereo/quasi_dense_points_internal.h"
+#include "lsmvs/stereo/quasi_dense_search_internal.h"
+#include "lsmvs/stereo/quasi_dense_tracks_internal.h"
+#include "lsmvs/util/check.h"
+#include "lsmvs/util/error.h"
+
 namespace lsmvs {
 
-QuasiDenseResult MatchQuasiDense(const Scene&, const ImageStore&,
-                                 const std::vector<std::vector<Neighbor>>&,
-                                 std::span<const std::vector<Eigen::Vector2f>>,
-                                 const QuasiDenseOptions&, const RunContext&) {
+namespace {
+
+using namespace quasi_dense;
+
+constexpr int kCoarsestLongerSide = 256;
+constexpr int kSmallestSide = 24;  // pixels below which a scale is of no use
+constexpr size_t kBudgetShareOfImages = 5;
+
+// Adds the wall time of its life to a phase.
+class PhaseTimer {
+ public:
+  PhaseTimer(const char* phase, QuasiDenseResult* result)
+      : phase_(phase), result_(result), begin_(std::chrono::steady_clock::now()) {}
+  ~PhaseTimer() {
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin_;
+    auto& seconds = result_->seconds;
+    const auto found = std::find_if(seconds.begin(), seconds.end(),
+                                    [&](const auto& entry) { return entry.first == phase_; });
+    if (found != seconds.end()) {
+      found->second += spent.count();
+    } else {
+      seconds.emplace_back(phase_, spent.count());
+    }
+  }
+
+ private:
+  const char* phase_;
+  QuasiDenseResult* result_;
+  std::chrono::steady_clock::time_point begin_;
+};
+
+bool Usable(const DepthRange& range) { return range.min > 0 && range.max > range.min; }
+
+std::vector<DepthRange> DepthRanges(const Scene& scene, const QuasiDenseOptions& options) {
+  std::vector<DepthRange> ranges = EstimateDepthRanges(scene);
+  for (DepthRange& range : ranges) {
+    if (options.depth_min) range.min = *options.depth_min;
+    if (options.depth_max) range.max = *options.depth_max;
+  }
+  return ranges;
+}
+
+int CoarsestLevel(const ImageStore& images, const QuasiDenseOptions& options) {
+  int level = options.finest_level;
+  for (size_t v = 0; v < images.num_views(); ++v) {
+    const PinholeCamera camera = images.Camera(static_cast<int>(v), 0);
+    int needed = 0;
+    while (std::max(camera.width, camera.height) >> needed >= kCoarsestLongerSide) ++needed;
+    while (needed > 0 && std::min(camera.width, camera.height) >> needed < kSmallestSide) --needed;
+    level = std::max(level, needed);
+  }
+  if (options.num_scales) level = options.finest_level + *options.num_scales - 1;
+  return level;
+}
+
+class Matcher {
+ public:
+  Matcher(const Scene& scene, const ImageStore& images,
+          const std::vector<std::vector<Neighbor>>& neighbors,
+          std::span<const std::vector<Eigen::Vector2f>> keypoints, const QuasiDenseOptions& options,
+          QuasiDenseResult* result, const RunContext& context)
+      : scene_(scene),
+        images_(images),
+        keypoints_(keypoints),
+        options_(options),
+        result_(result),
+        context_(context),
+        cells_(images, context.memory_budget_bytes / kBudgetShareOfImages),
+        neighbors_(SymmetricNeighbors(neighbors, options.max_num_neighbors)),
+        ranges_(DepthRanges(scene, options)),
+        pattern_(MakeWindowPattern(options.window_radius)),
+        grids_(scene.views.size()) {}
+
+  bool HasNeighbors() const {
+    return std::any_of(neighbors_.begin(), neighbors_.end(),
+                       [](const std::vector<int>& list) { return !list.empty(); });
+  }
+  bool HasDepthRange() const { return std::any_of(ranges_.begin(), ranges_.end(), Usable); }
+
+  void Run() {
+    const int coarsest = CoarsestLevel(images_, options_);
+    // Each level costs about four times the one before; tracks about a third of the finest.
+    double done = 0;
+    const double scale = 0.75 * 0.75;
+    for (int level = coarsest; level >= options_.finest_level; --level) {
+      const double share = scale / std::pow(4.0, level - options_.finest_level);
+      MatchLevel(level, level == coarsest, context_.Part(done, std::min(done + share, 0.75)));
+      done = std::min(done + share, 0.75);
+    }
+    MakeAllTracks(context_.Part(0.75, 1.0));
+  }
+
+ private:
+  bool Active(int view_idx) const {
+    return !neighbors_[static_cast<size_t>(view_idx)].empty() &&
+           Usable(ranges_[static_cast<size_t>(view_idx)]);
+  }
+
+  void MatchLevel(int level, bool coarsest, const RunContext& context) {
+    const int num_views = scene_.num_views();
+    for (int v = 0; v < num_views; ++v) {
+      if (Active(v)) MatchView(v, level, coarsest);
+      context.Report((v + 1.0) / num_views);
+    }
+    KeepMutual(level);
+  }
+
+  void MatchView(int view_idx, int level, bool coarsest) {
+    PointGrid grid = Detect(view_idx, level);
+    const SearchView view = MakeSearchView(view_idx, level);
+    const PhaseTimer timer("search", result_);
+    PointGrid& slot = grids_[static_cast<size_t>(view_idx)];
+    size_t& num_patches = result_->counters.num_patches;
+    if (coarsest) {
+      num_patches += SearchRange(view, context_, &grid);
+      num_patches += Propagate(view, context_, &grid);
+    } else {
+      num_patches += SearchFromCoarser(view, slot, LevelScale(view_idx, level), context_, &grid);
+    }
+    num_patches += Propagate(view, context_, &grid);
+    slot = std::move(grid);
+  }
+
+  // Image coordinates of a level over those of the next coarser one.
+  Eigen::Vector2f LevelScale(int view_idx, int level) const {
+    const PinholeCamera fine = images_.Camera(view_idx, level);
+    const PinholeCamera coarse = images_.Camera(view_idx, level + 1);
+    return {static_cast<float>(fine.width) / static_cast<float>(coarse.width),
+            static_cast<float>(fine.height) / static_cast<float>(coarse.height)};
+  }
+
+  PointGrid Detect(int view_idx, int level) {
+    const PhaseTimer timer("detect", result_);
+    const auto gray = images_.Gray(view_idx, level);
+    const auto mask = images_.Mask(view_idx, level);
+    const DetectionOptions detection{static_cast<float>(options_.spacing_px),
+                                     static_cast<float>(options_.noise_sigma),
+                                     options_.window_radius + 1};
+    PointGrid grid = DetectInterestPoints(*gray, mask.get(), detection, context_);
+    if (level == options_.finest_level && !keypoints_.empty()) {
+      const PinholeCamera& full = scene_.views[static_cast<size_t>(view_idx)].camera;
+      const Eigen::Vector2f scale(
+          static_cast<float>(gray->width) / static_cast<float>(full.width),
+          static_cast<float>(gray->height) / static_cast<float>(full.height));
+      result_->counters.num_joined_keypoints +=
+          JoinKeypoints(keypoints_[static_cast<size_t>(view_idx)], scale,
+                        {gray->width, gray->height}, mask.get(), detection, &grid);
+    }
+    if (level == options_.finest_level) {
+      result_->counters.num_interest_points += static_cast<size_t>(
+          std::count_if(grid.cells.pixels.begin(), grid.cells.pixels.end(),
+                        [](const InterestPoint& point) { return point.exists(); }));
+    }
+    return grid;
+  }
+
+  SearchView MakeSearchView(int view_idx, int level) {
+    const PhaseTimer timer("images", result_);
+    const std::vector<int>& neighbors = neighbors_[static_cast<size_t>(view_idx)];
+    const DepthRange& range = ranges_[static_cast<size_t>(view_idx)];
+    SearchView view;
+    view.image = cells_.Get(view_idx, level);
+    view.pairings = MakePairings(scene_, images_, level, view_idx, neighbors);
+    for (const int other : neighbors) view.others.push_back(cells_.Get(other, level));
+    view.pattern = pattern_;
+    view.min_inverse_depth = static_cast<float>(1.0 / range.max);
+    view.max_inverse_depth = static_cast<float>(1.0 / range.min);
+    view.num_searched = options_.max_num_neighbors;
+    view.num_compared = level == options_.finest_level ? options_.max_num_fine_neighbors
+                                                       : options_.max_num_neighbors;
+    view.min_ncc = static_cast<float>(options_.min_ncc);
+    return view;
+  }
+
+  // Takes the matches of points that no neighbour confirms. All views are judged before any match
+  // goes.
+  void KeepMutual(int level) {
+    const PhaseTimer timer("mutual check", result_);
+    std::vector<Raster<uint32_t>> confirmed(grids_.size());
+    for (int v = 0; v < scene_.num_views(); ++v) {
+      if (!Active(v)) continue;
+      const size_t view = static_cast<size_t>(v);
+      confirmed[view] =
+          ConfirmedSlots(grids_[view], MakePairings(scene_, images_, level, v, neighbors_[view]),
+                         grids_, static_cast<float>(options_.max_mutual_error_px), context_);
+    }
+    for (size_t v = 0; v < grids_.size(); ++v) {
+      for (size_t cell = 0; cell < confirmed[v].size(); ++cell) {
+        InterestPoint& point = grids_[v].cells.pixels[cell];
+        if (!point.matched()) continue;
+        if (level == options_.finest_level) ++result_->counters.num_matched;
+        if (confirmed[v].pixels[cell] == 0) point.plane = PixelPlane();
+      }
+    }
+  }
+
+  void MakeAllTracks(const RunContext& context) {
+    TrackWorld world{scene_, options_, grids_, {}, {}, {}};
+    for (int v = 0; v < scene_.num_views(); ++v) {
+      const PointGrid& grid = grids_[static_cast<size_t>(v)];
+      world.cameras.push_back(images_.Camera(v, options_.finest_level));
+      world.projections.push_back(MakeProjectionMatrix(
+          scene_.views[static_cast<size_t>(v)].cam_from_world, world.cameras.back()));
+      world.covered.emplace_back(grid.cells.width, grid.cells.height, uint8_t{0});
+    }
+    for (int v = 0; v < scene_.num_views(); ++v) {
+      if (Active(v)) {
+        const SearchView view = MakeSearchView(v, options_.finest_level);
+        const PhaseTimer timer("tracks", result_);
+        MakeTracks(v, view, *images_.Colors(v, options_.finest_level), context_, &world,
+                   &result_->cloud, &result_->counters);
+      }
+      context.Report((v + 1.0) / scene_.num_views());
+    }
+  }
+
+  const Scene& scene_;
+  const ImageStore& images_;
+  std::span<const std::vector<Eigen::Vector2f>> keypoints_;
+  const QuasiDenseOptions& options_;
+  QuasiDenseResult* result_;
+  const RunContext& context_;
+  CellImages cells_;
+  std::vector<std::vector<int>> neighbors_;
+  std::vector<DepthRange> ranges_;
+  WindowPattern pattern_;
+  std::vector<PointGrid> grids_;  // of the last level that was matched
+};
+
+void Finish(QuasiDenseStatus status, const std::string& message, QuasiDenseResult* result) {
+  result->status = status;
+  result->message = message;
+}
+
+}  // namespace
+
+QuasiDenseResult MatchQuasiDense(const Scene& scene, const ImageStore& images,
+                                 const std::vector<std::vector<Neighbor>>& neighbors,
+                                 std::span<const std::vector<Eigen::Vector2f>> keypoints,
+                                 const QuasiDenseOptions& options, const RunContext& context) {
+  if (std::string error; !options.Check(&error)) throw UsageError(error);
+  LSMVS_CHECK_EQ(neighbors.size(), scene.views.size());
+  LSMVS_CHECK_EQ(images.num_views(), scene.views.size());
+  LSMVS_CHECK(keypoints.empty() || keypoints.size() == scene.views.size());
   QuasiDenseResult result;
-  result.status = QuasiDenseStatus::kNoMatches;
+  Matcher matcher(scene, images, neighbors, keypoints, options, &result, context);
+  if (!matcher.HasNeighbors()) {
+    Finish(QuasiDenseStatus::kNoNeighbors, "no two views overlap: nothing to match", &result);
+  } else if (!matcher.HasDepthRange()) {
+    Finish(QuasiDenseStatus::kNoDepthRange,
+           "no sparse point before any camera: the depth range is unknown", &result);
+  } else {
+    matcher.Run();
+    if (result.cloud.size() == 0) {
+      Finish(QuasiDenseStatus::kNoMatches, "no interest point has a match in another view",
+             &result);
+    } else {
+      result.message =
+          fmt::format("{} points from {} interest points in {} views", result.cloud.size(),
+                      result.counters.num_interest_points, scene.views.size());
+    }
+  }
+  context.Report(1.0);
   return result;
 }
 
-CostEstimate EstimateQuasiDenseCost(const Scene&, const ImageStore&, const QuasiDenseOptions&) {
-  return {};
+CostEstimate EstimateQuasiDenseCost(const Scene& scene, const ImageStore& images,
+                                    const QuasiDenseOptions& options) {
+  // Measured: windows compared an interest point on the finest scale (coarser ones add a third),
+  // and what a sample costs.
+  constexpr double kSecondsPerSample = 1.0e-9;
+  constexpr double kTrialsPerPoint = 12, kCoarserScales = 4.0 / 3.0;
+  constexpr double kSecondsPerPixel = 1.2e-7;  // detection and decoding
+  constexpr double kBytesPerTrack = 80;
+  const double samples = (2.0 * options.window_radius + 1) * (2.0 * options.window_radius + 1);
+  double pixels = 0;
+  for (int v = 0; v < scene.num_views(); ++v) {
+    const PinholeCamera camera = images.Camera(v, options.finest_level);
+    pixels += static_cast<double>(camera.width) * camera.height;
+  }
+  const double points = pixels / (options.spacing_px * options.spacing_px);
+  CostEstimate cost;
+  cost.cpu_seconds = kCoarserScales * (pixels * kSecondsPerPixel +
+                                       points * kTrialsPerPoint * options.max_num_fine_neighbors *
+                                           samples * kSecondsPerSample);
+  cost.peak_bytes = static_cast<size_t>(
+      points * (sizeof(InterestPoint) + 5.0 + 0.5 * kBytesPerTrack) + 12 * pixels);
+  return cost;
 }
 
 }  // namespace lsmvs

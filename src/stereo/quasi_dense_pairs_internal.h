@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "lsmvs/image/image_store.h"
+#include "lsmvs/scene/scene.h"
+#include "lsmvs/scene/view_selection.h"
+#include "lsmvs/stereo/quasi_dense_points_internal.h"
+#include "lsmvs/stereo/quasi_dense_window_internal.h"
+
+namespace lsmvs::quasi_dense {
+
+// Where a pixel of one view with a known inverse depth lies in another: homogeneous image
+// coordinates a [x y 1]' + b inverse_depth. The third one is the depth in the other view over the
+// depth in this one.
+struct PairGeometry {
+  Eigen::Matrix3f a = Eigen::Matrix3f::Identity();
+  Eigen::Vector3f b = Eigen::Vector3f::Zero();
+
+  Eigen::Vector3f Transfer(const Eigen::Vector2f& position, float inverse_depth) const {
+    return a * position.homogeneous() + b * inverse_depth;
+  }
+};
+
+// Geometry from `from` to `to`, whose images have the cameras given.
+PairGeometry MakePairGeometry(const Rigid3& from_pose, const PinholeCamera& from_camera,
+                              const Rigid3& to_pose, const PinholeCamera& to_camera);
+
+// First-order warp of the window around a point of a plane, and how fast it moves with inverse
+// depth.
+struct PlaneWarp {
+  WindowWarp warp;
+  Eigen::Vector2f velocity = Eigen::Vector2f::Zero();  // pixels per unit of inverse depth
+};
+// False if the point lies behind the other camera.
+bool WarpPlane(const PairGeometry& geometry, const Eigen::Vector2f& position,
+               const PixelPlane& plane, PlaneWarp* result);
+
+// A view and the one it is matched with, both ways.
+struct Pairing {
+  int view_idx = -1;
+  PairGeometry there, back;
+};
+
+// Neighbours of each view, best first, cut to `max_num_neighbors`, then those that only the other
+// side chose: j is a neighbour of i if and only if i is one of j. 32 at most. Unusable entries
+// (itself, out of range, twice) are skipped.
+std::vector<std::vector<int>> SymmetricNeighbors(
+    const std::vector<std::vector<Neighbor>>& neighbors, int max_num_neighbors);
+
+// Geometry of a view with its neighbours on one level of the images.
+std::vector<Pairing> MakePairings(const Scene& scene, const ImageStore& images, int level,
+                                  int view_idx, const std::vector<int>& neighbors);
+
+}  // namespace lsmvs::quasi_dense
