@@ -1,4 +1,4 @@
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <cmath>
 
 #include "lsmvs/stereo/quasi_dense_planes_internal.h"

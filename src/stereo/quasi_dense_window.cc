@@ -1,6 +1,7 @@
 #include "lsmvs/stereo/quasi_dense_window_internal.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "lsmvs/util/check.h"
@@ -14,9 +15,9 @@ HWY_BEFORE_NAMESPACE();
 namespace lsmvs::quasi_dense::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Eight lanes on every instruction set, in one vector or several, so that sums are taken in the
+// Sixteen lanes on every instruction set, in one vector or several, so that sums are taken in the
 // same order everywhere. Products and sums are never fused for the same reason.
-constexpr size_t kNumLanes = 8;
+constexpr size_t kNumLanes = 16;
 using FloatTag = hn::CappedTag<float, kNumLanes>;
 using IntTag = hn::RebindToSigned<FloatTag>;
 using Floats = hn::Vec<FloatTag>;
@@ -31,14 +32,25 @@ struct Sums {
     for (Floats& sum : of_vector) sum = hn::Zero(FloatTag());
   }
   HWY_INLINE float Total() const {
-    alignas(32) float lane[kNumLanes];
+    alignas(64) float lane[kNumLanes];
     for (size_t v = 0; v < kNumVectors; ++v) {
       hn::Store(of_vector[v], FloatTag(), lane + v * kLanesOfVector);
     }
-    return ((lane[0] + lane[4]) + (lane[1] + lane[5])) +
-           ((lane[2] + lane[6]) + (lane[3] + lane[7]));
+    for (size_t half = kNumLanes / 2; half > 0; half /= 2) {
+      for (size_t k = 0; k < half; ++k) lane[k] += lane[k + half];
+    }
+    return lane[0];
   }
 };
+
+// 1.5 * 2^23: a float of this size counts in ones.
+constexpr float kRound = 12582912.0f;
+
+// Bits of kRound as row times the width plus as column, modulo 2^32 as the vectors compute it.
+HWY_INLINE int32_t OriginBits(int width) {
+  const uint32_t bits = std::bit_cast<uint32_t>(kRound);
+  return static_cast<int32_t>(bits * static_cast<uint32_t>(width) + bits);
+}
 
 // Bilinear samples of the warped pattern, from sample `first` on.
 struct Sampler {
@@ -47,6 +59,7 @@ struct Sampler {
       : cells(reinterpret_cast<const int32_t*>(image.pixels.data())),
         pattern(window_pattern),
         width(hn::Set(IntTag(), image.width)),
+        origin(hn::Set(IntTag(), OriginBits(image.width))),
         x(hn::Set(FloatTag(), warp.x - 0.5f)),
         y(hn::Set(FloatTag(), warp.y - 0.5f)),
         xx(hn::Set(FloatTag(), warp.xx)),
@@ -60,10 +73,16 @@ struct Sampler {
     const Floats dx = hn::Load(f, pattern.dx + first), dy = hn::Load(f, pattern.dy + first);
     const Floats px = hn::Add(x, hn::Add(hn::Mul(xx, dx), hn::Mul(xy, dy)));
     const Floats py = hn::Add(y, hn::Add(hn::Mul(yx, dx), hn::Mul(yy, dy)));
-    const Ints column = hn::ConvertTo(i, px), row = hn::ConvertTo(i, py);
-    const Floats a = hn::Sub(px, hn::ConvertTo(f, column));
-    const Floats b = hn::Sub(py, hn::ConvertTo(f, row));
-    const Ints cell = hn::GatherIndex(i, cells, hn::Add(hn::Mul(row, width), column));
+    // Adding kRound leaves the nearest whole number in the low bits: of half a pixel less, the
+    // corner of the cell. The bits of both sums carry those of kRound, which `origin` takes away.
+    const Floats round = hn::Set(f, kRound), half = hn::Set(f, 0.5f);
+    const Floats column = hn::Add(hn::Sub(px, half), round);
+    const Floats row = hn::Add(hn::Sub(py, half), round);
+    const Floats a = hn::Sub(px, hn::Sub(column, round));
+    const Floats b = hn::Sub(py, hn::Sub(row, round));
+    const Ints index =
+        hn::Sub(hn::Add(hn::Mul(hn::BitCast(i, row), width), hn::BitCast(i, column)), origin);
+    const Ints cell = hn::GatherIndex(i, cells, index);
     const Ints byte = hn::Set(i, 255);
     const Floats top_left = hn::ConvertTo(f, hn::And(cell, byte));
     const Floats top_right = hn::ConvertTo(f, hn::And(hn::ShiftRight<8>(cell), byte));
@@ -76,7 +95,7 @@ struct Sampler {
 
   const int32_t* cells;
   const WindowPattern& pattern;
-  Ints width;
+  Ints width, origin;
   Floats x, y, xx, xy, yx, yy;
 };
 
@@ -180,7 +199,7 @@ WindowPattern MakeWindowPattern(int radius) {
     }
   }
   for (int k = 0; k < pattern.num_samples; ++k) pattern.weight[k] /= total;
-  pattern.num_samples = (pattern.num_samples + 7) / 8 * 8;
+  pattern.num_samples = (pattern.num_samples + 15) / 16 * 16;
   return pattern;
 }
 

@@ -21,13 +21,13 @@ inline constexpr int kMaxWindowSamples = 224;
 
 // Where a window is sampled, relative to its centre, in pixels of the reference: all whole offsets
 // up to `radius` but the four corners, with Gaussian weights (sigma = radius) that sum to 1. Padded
-// to a multiple of 8 with weight 0.
+// to a multiple of 16 with weight 0.
 struct WindowPattern {
   int radius = 0;
   int num_samples = 0;  // with padding
-  alignas(32) float dx[kMaxWindowSamples] = {};
-  alignas(32) float dy[kMaxWindowSamples] = {};
-  alignas(32) float weight[kMaxWindowSamples] = {};
+  alignas(64) float dx[kMaxWindowSamples] = {};
+  alignas(64) float dy[kMaxWindowSamples] = {};
+  alignas(64) float weight[kMaxWindowSamples] = {};
 };
 WindowPattern MakeWindowPattern(int radius);
 
@@ -42,7 +42,7 @@ struct WindowWarp {
 // mean is 0 and their weighted norm 1.
 struct ReferenceWindow {
   float mean = 0, deviation = 0;  // grey levels
-  alignas(32) float value[kMaxWindowSamples];
+  alignas(64) float value[kMaxWindowSamples];
 };
 
 // Whether all samples of the warped window lie inside, where bilinear samples need no pixel beyond.
