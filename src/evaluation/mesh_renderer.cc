@@ -212,22 +212,59 @@ class Renderer {
   double diagonal_ = 1, near_ = 1, far_ = 1;
 };
 
+// Direction from the mesh to a camera at azimuth 0 on the horizon.
+Eigen::Vector3d FrontDirection(const Eigen::Vector3d& up, const Eigen::Vector3d& wanted) {
+  const Eigen::Vector3d front = wanted - wanted.dot(up) * up;
+  return front.norm() > 1e-6 * wanted.norm() ? front.normalized() : up.unitOrthogonal();
+}
+
 // Rotation of a camera at the given angles that looks at the origin; its y axis points down.
-Eigen::Matrix3d TurntableRotation(const Eigen::Vector3d& up, double azimuth_deg,
-                                  double elevation_deg) {
-  const Eigen::Vector3d start =
-      up.cross(std::abs(up.x()) < 0.9 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY());
-  const Eigen::Vector3d front = start.normalized();
-  const Eigen::Vector3d side = up.cross(front);
-  const double azimuth = azimuth_deg * kPi / 180, elevation = elevation_deg * kPi / 180;
-  const Eigen::Vector3d level = std::cos(azimuth) * front + std::sin(azimuth) * side;
-  const Eigen::Vector3d forward = -(std::cos(elevation) * level + std::sin(elevation) * up);
-  const Eigen::Vector3d right = forward.cross(up).normalized();
+Eigen::Matrix3d TurntableRotation(const TurntableOptions& options) {
+  const Eigen::Vector3d up = options.up.normalized();
+  const Eigen::Vector3d front = FrontDirection(up, options.front), side = up.cross(front);
+  const double azimuth = options.azimuth_deg * kPi / 180;
+  const double elevation = options.elevation_deg * kPi / 180;
+  const Eigen::Vector3d outward = std::cos(azimuth) * front + std::sin(azimuth) * side;
   Eigen::Matrix3d rotation;
-  rotation.row(0) = right;
-  rotation.row(1) = forward.cross(right);
-  rotation.row(2) = forward;
+  rotation.row(2) = -(std::cos(elevation) * outward + std::sin(elevation) * up);
+  rotation.row(1) = -(std::cos(elevation) * up - std::sin(elevation) * outward);
+  rotation.row(0) = Eigen::Vector3d(rotation.row(1)).cross(Eigen::Vector3d(rotation.row(2)));
   return rotation;
+}
+
+// Middle of the box that holds `share` of the vertices along each axis of `rotation`.
+Eigen::Vector3d FitCenter(const std::vector<Eigen::Vector3d>& points, double share) {
+  Eigen::Vector3d center;
+  std::vector<double> values(points.size());
+  const size_t cut = static_cast<size_t>(0.5 * (1 - share) * static_cast<double>(points.size()));
+  for (int axis = 0; axis < 3; ++axis) {
+    for (size_t i = 0; i < points.size(); ++i) values[i] = points[i][axis];
+    const auto low = values.begin() + static_cast<std::ptrdiff_t>(cut);
+    const auto high = values.end() - 1 - static_cast<std::ptrdiff_t>(cut);
+    std::nth_element(values.begin(), low, values.end());
+    const double low_value = *low;
+    std::nth_element(values.begin(), high, values.end());
+    center[axis] = 0.5 * (low_value + *high);
+  }
+  return center;
+}
+
+// How far before the camera the center must lie so that `share` of the points fall into the middle 94 % of the image.
+double FitDistance(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& center,
+                   double share, const PinholeCamera& camera) {
+  const double half_width = 0.47 * camera.width, half_height = 0.47 * camera.height;
+  std::vector<double> needed;
+  needed.reserve(points.size());
+  for (const Eigen::Vector3d& point : points) {
+    const Eigen::Vector3d x = point - center;
+    needed.push_back(std::max(std::abs(x.x()) * camera.fx / half_width,
+                              std::abs(x.y()) * camera.fy / half_height) -
+                     x.z());
+  }
+  const size_t rank = static_cast<size_t>(share * static_cast<double>(needed.size() - 1));
+  const auto place = needed.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(needed.begin(), place, needed.end());
+  return std::max(*place, 1e-9);
 }
 
 }  // namespace
@@ -249,31 +286,26 @@ void RenderOptions::Describe(OptionSet* options) {
   options->Add("background", &background, "Grey level behind the mesh, 255 is white", {0, 255});
 }
 
-Viewpoint TurntableViewpoint(const TriangleMesh& mesh, const Eigen::Vector3d& up,
-                             double azimuth_deg, double elevation_deg, int width, int height,
-                             double distance_factor) {
-  LSMVS_CHECK(width >= 1 && height >= 1 && distance_factor > 0);
+Viewpoint TurntableViewpoint(const TriangleMesh& mesh, const TurntableOptions& options) {
+  LSMVS_CHECK(options.width >= 1 && options.height >= 1);
+  LSMVS_CHECK(options.fit_share > 0 && options.fit_share <= 1 && options.up.norm() > 0);
+  const double focal = 1.4 * std::max(options.width, options.height);
   Viewpoint viewpoint;
-  const double focal = 1.4 * std::max(width, height);
-  viewpoint.camera = {width, height, focal, focal, 0.5 * width, 0.5 * height};
-  const Eigen::Matrix3d rotation = TurntableRotation(up.normalized(), azimuth_deg, elevation_deg);
-  const Eigen::AlignedBox3d box = FiniteBox(mesh);
-  if (box.isEmpty()) {
-    viewpoint.cam_from_world = Rigid3(rotation, Eigen::Vector3d(0, 0, 1));
-    return viewpoint;
+  viewpoint.camera = {options.width, options.height,       focal,
+                      focal,         0.5 * options.width, 0.5 * options.height};
+  const Eigen::Matrix3d rotation = TurntableRotation(options);
+  std::vector<Eigen::Vector3d> points;  // turned
+  points.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3d& x : mesh.vertices) {
+    if (x.allFinite()) points.push_back(rotation * x);
   }
-  // Far enough that every vertex falls into the middle 92 % of the image.
-  const double half_width = 0.46 * width, half_height = 0.46 * height;
-  double distance = 1e-9;
-  for (const Eigen::Vector3d& vertex : mesh.vertices) {
-    if (!vertex.allFinite()) continue;
-    const Eigen::Vector3d x = rotation * (vertex - box.center());
-    const double needed =
-        std::max(std::abs(x.x()) * focal / half_width, std::abs(x.y()) * focal / half_height);
-    distance = std::max(distance, needed - x.z());
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double distance = 1;
+  if (!points.empty()) {
+    center = FitCenter(points, options.fit_share);
+    distance = FitDistance(points, center, options.fit_share, viewpoint.camera);
   }
-  viewpoint.cam_from_world = Rigid3(
-      rotation, -rotation * box.center() + Eigen::Vector3d(0, 0, distance * distance_factor));
+  viewpoint.cam_from_world = Rigid3(rotation, Eigen::Vector3d(0, 0, distance) - center);
   return viewpoint;
 }
 

@@ -44,12 +44,19 @@ struct Viewpoint {
   Rigid3 cam_from_world;
 };
 
-// A viewpoint on a circle around the mesh that holds all of it. `azimuth_deg` turns about `up`
-// (unit length), `elevation_deg` lifts the camera over the horizon; `distance_factor` below 1 comes
-// nearer than what shows all.
-Viewpoint TurntableViewpoint(const TriangleMesh& mesh, const Eigen::Vector3d& up,
-                             double azimuth_deg, double elevation_deg, int width, int height,
-                             double distance_factor = 1.0);
+// Where on its circle a turntable camera stands.
+struct TurntableOptions {
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // axis of the turntable; not zero
+  // Azimuth 0 looks against this direction; made perpendicular to `up`. Zero: any direction.
+  Eigen::Vector3d front = Eigen::Vector3d::Zero();
+  double azimuth_deg = 0;
+  double elevation_deg = 20;    // over the horizon
+  double fit_share = 1;         // of the vertices that must be in the image: less ignores far outliers
+  int width = 1280, height = 960;
+};
+
+// A viewpoint on a circle around the mesh from which the mesh fills the image.
+Viewpoint TurntableViewpoint(const TriangleMesh& mesh, const TurntableOptions& options);
 
 // Renders a mesh as seen from a viewpoint; the image has the camera's size. Faces are seen from
 // both sides. `tracer` is that of `mesh`. Deterministic for any number of threads. O(pixels *

@@ -319,7 +319,8 @@ void AddFan(const std::string& path, const PlyReader::Row& row, int property, Tr
 
 }  // namespace
 
-TriangleMesh ReadMeshPly(const std::filesystem::path& path, const Eigen::Vector3d& world_offset) {
+TriangleMesh ReadMeshPly(const std::filesystem::path& path, const Eigen::Vector3d& world_offset,
+                         NotFinite not_finite) {
   PlyReader reader(path);
   const PlyElement* vertex = reader.FindElement("vertex");
   if (vertex == nullptr) throw InputError(path.string(), "has no vertices", kRemedy);
@@ -331,7 +332,7 @@ TriangleMesh ReadMeshPly(const std::filesystem::path& path, const Eigen::Vector3
   std::map<std::string, PlyReader::Visitor> visitors;
   visitors["vertex"] = [&](const PlyReader::Row& row) {
     const Eigen::Vector3d x = position.Of(row);
-    if (!x.allFinite()) {
+    if (not_finite == NotFinite::kRefuse && !x.allFinite()) {
       throw InputError(path.string(), fmt::format("vertex {} is not finite", row.index), kRemedy);
     }
     mesh.vertices.push_back(x - world_offset);

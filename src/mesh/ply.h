@@ -67,11 +67,15 @@ class PlyReader {
   std::unique_ptr<Input> input_;
 };
 
-// Reads a triangle mesh; polygons become fans, vertex colours and normals are taken if there. A
-// file without faces gives a mesh without faces. `world_offset` is subtracted from every vertex.
-// Throws InputError (also for NaN coordinates and indices out of range).
+// What to do with vertices whose coordinates are NaN or infinite.
+enum class NotFinite { kRefuse, kKeep };
+
+// Reads a triangle mesh; polygons become fans, vertex colours and normals are taken if there. A file without faces gives a
+// mesh without faces. `world_offset` is subtracted from every vertex. Throws InputError (also for indices out of range and,
+// with kRefuse, for NaN coordinates).
 TriangleMesh ReadMeshPly(const std::filesystem::path& path,
-                         const Eigen::Vector3d& world_offset = Eigen::Vector3d::Zero());
+                         const Eigen::Vector3d& world_offset = Eigen::Vector3d::Zero(),
+                         NotFinite not_finite = NotFinite::kRefuse);
 
 // Writes binary little-endian PLY as COLMAP does: float x y z [nx ny nz] [uchar red green blue],
 // `list uchar int vertex_index`. With a `world_offset` other than zero it is added and coordinates

@@ -13,6 +13,16 @@ ColorImage Render(const TriangleMesh& mesh, const Viewpoint& viewpoint,
   return RenderMesh(mesh, MeshTracer(mesh, context), viewpoint, options, context);
 }
 
+Viewpoint Turntable(const TriangleMesh& mesh, double azimuth_deg, double elevation_deg, int width,
+                    int height) {
+  TurntableOptions options;
+  options.azimuth_deg = azimuth_deg;
+  options.elevation_deg = elevation_deg;
+  options.width = width;
+  options.height = height;
+  return TurntableViewpoint(mesh, options);
+}
+
 TEST(MeshRenderer, ColoursAreThoseOfTheVertices) {
   TriangleMesh mesh = test::PlaneMesh(10, 10, 0);
   mesh.vertex_colors.assign(mesh.vertices.size(), Color(200, 100, 50));
@@ -42,7 +52,7 @@ TEST(MeshRenderer, PixelsLieWhereTheCameraProjects) {
 TEST(MeshRenderer, TurntableShowsAllOfTheMesh) {
   const TriangleMesh mesh = test::Scaled(test::SphereMesh(3, 24), 1, {100, -50, 7});
   for (const double azimuth : {0.0, 77.0, 200.0}) {
-    const Viewpoint viewpoint = TurntableViewpoint(mesh, {0, 0, 1}, azimuth, 25, 160, 120);
+    const Viewpoint viewpoint = Turntable(mesh, azimuth, 25, 160, 120);
     int inside = 0;
     for (const Eigen::Vector3d& x : mesh.vertices) {
       const Eigen::Vector3d x_in_cam = viewpoint.cam_from_world * x;
@@ -55,6 +65,25 @@ TEST(MeshRenderer, TurntableShowsAllOfTheMesh) {
     const Eigen::Vector3d top = viewpoint.cam_from_world * Eigen::Vector3d(100, -50, 10);
     EXPECT_LT(viewpoint.camera.Project(top).y(), 60);
   }
+}
+
+TEST(MeshRenderer, TurntableFacesTheFront) {
+  TurntableOptions options;
+  options.front = {1, 2, 5};
+  options.elevation_deg = 0;
+  const Viewpoint viewpoint = TurntableViewpoint(test::SphereMesh(1, 12), options);
+  const Eigen::Vector3d center = viewpoint.cam_from_world.OriginInSource();
+  EXPECT_NEAR(center.normalized().dot(Eigen::Vector3d(1, 2, 0).normalized()), 1, 1e-6);
+  EXPECT_NEAR(viewpoint.cam_from_world.rotation.determinant(), 1, 1e-12);
+}
+
+TEST(MeshRenderer, TurntableIgnoresOutliersWhenAsked) {
+  TriangleMesh mesh = test::SphereMesh(1, 24);
+  mesh.vertices.emplace_back(1000, 0, 0);
+  TurntableOptions options;
+  options.fit_share = 0.99;
+  const Viewpoint viewpoint = TurntableViewpoint(mesh, options);
+  EXPECT_LT(viewpoint.cam_from_world.OriginInSource().norm(), 5);
 }
 
 TEST(MeshRenderer, OcclusionDarkensCorners) {
@@ -75,7 +104,7 @@ TEST(MeshRenderer, OcclusionDarkensCorners) {
 
 TEST(MeshRenderer, ThreadsChangeNothing) {
   const TriangleMesh mesh = test::SphereMesh(1, 20);
-  const Viewpoint viewpoint = TurntableViewpoint(mesh, {0, 0, 1}, 10, 10, 50, 40);
+  const Viewpoint viewpoint = Turntable(mesh, 10, 10, 50, 40);
   for (const RenderStyle style : {RenderStyle::kShaded, RenderStyle::kLit, RenderStyle::kDepth}) {
     RenderOptions options;
     options.style = style;
@@ -86,7 +115,7 @@ TEST(MeshRenderer, ThreadsChangeNothing) {
 }
 
 TEST(MeshRenderer, AnEmptyMeshIsBackground) {
-  const Viewpoint viewpoint = TurntableViewpoint({}, {0, 0, 1}, 0, 0, 8, 8);
+  const Viewpoint viewpoint = Turntable({}, 0, 0, 8, 8);
   EXPECT_EQ(Render({}, viewpoint)(0, 0)[0], Render({}, viewpoint)(7, 0)[0]);
 }
 

@@ -1,0 +1,98 @@
+#include "lsmvs/cli/commands/evaluation_input.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "lsmvs/cli/nearest_name.h"
+#include "lsmvs/colmap_adapter/dense_workspace.h"
+#include "lsmvs/colmap_adapter/scene_loader.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace {
+
+DenseWorkspace WorkspaceToEvaluate(const std::filesystem::path& path) {
+  std::vector<DenseWorkspace> found;
+  for (const WorkspaceEntry& entry : FindDenseWorkspaces(path)) {
+    if (entry.exists) found.push_back(entry.workspace);
+  }
+  if (found.empty()) return DenseWorkspace{path};
+  if (found.size() == 1) return found[0];
+  throw UsageError(fmt::format("{} holds {} dense workspaces; give one of them, such as {}",
+                               path.string(), found.size(), found[0].folder.string()));
+}
+
+int FindView(const Scene& scene, const std::string& name) {
+  std::vector<std::string> names;
+  for (const View& view : scene.views) names.push_back(view.name);
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found != names.end()) return static_cast<int>(found - names.begin());
+  const std::string nearest = NearestName(name, names);
+  throw UsageError(fmt::format("there is no photo '{}'; {}", name,
+                               nearest.empty() ? fmt::format("there is '{}'", names.at(0))
+                                               : fmt::format("did you mean '{}'?", nearest)));
+}
+
+}  // namespace
+
+Scene LoadSceneToEvaluate(const std::filesystem::path& path, bool check_images) {
+  LoadSceneOptions options;
+  options.check_images = check_images;
+  return LoadScene(WorkspaceToEvaluate(path), options);
+}
+
+std::vector<int> FindViews(const Scene& scene, const std::string& names) {
+  std::vector<int> view_idxs;
+  std::istringstream stream(names);
+  for (std::string name; std::getline(stream, name, ',');) {
+    view_idxs.push_back(FindView(scene, name));
+  }
+  std::sort(view_idxs.begin(), view_idxs.end());
+  view_idxs.erase(std::unique(view_idxs.begin(), view_idxs.end()), view_idxs.end());
+  return view_idxs;
+}
+
+Eigen::Vector3d UpDirection(const std::vector<View>& views) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const View& view : views) sum -= view.cam_from_world.rotation.row(1);
+  return sum.norm() > 1e-3 ? Eigen::Vector3d(sum.normalized()) : Eigen::Vector3d(0, -1, 0);
+}
+
+int MostRevealingView(const Scene& scene) {
+  if (scene.views.empty()) return -1;
+  std::vector<int> counts(scene.views.size(), 0);
+  for (const SparsePoint& point : scene.points) {
+    for (const int view : point.view_idxs) ++counts[view];
+  }
+  return static_cast<int>(std::max_element(counts.begin(), counts.end()) - counts.begin());
+}
+
+Viewpoint ViewpointOf(const View& view, int width) {
+  const double scale = static_cast<double>(width) / view.camera.width;
+  const int height = std::max(1, static_cast<int>(std::lround(view.camera.height * scale)));
+  return {view.camera.Resized(width, height), view.cam_from_world};
+}
+
+TurntableOptions TurntableBefore(const TriangleMesh& mesh, const std::vector<View>& views) {
+  TurntableOptions options;
+  options.up = UpDirection(views);
+  options.fit_share = 0.98;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero(), cameras = Eigen::Vector3d::Zero();
+  size_t count = 0;
+  for (const Eigen::Vector3d& x : mesh.vertices) {
+    if (!x.allFinite()) continue;
+    middle += x;
+    ++count;
+  }
+  for (const View& view : views) cameras += view.CenterInWorld();
+  if (count == 0 || views.empty()) return options;
+  options.front =
+      cameras / static_cast<double>(views.size()) - middle / static_cast<double>(count);
+  return options;
+}
+
+}  // namespace lsmvs

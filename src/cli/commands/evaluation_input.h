@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "lsmvs/evaluation/mesh_renderer.h"
+#include "lsmvs/mesh/triangle_mesh.h"
+#include "lsmvs/scene/scene.h"
+
+namespace lsmvs {
+
+// The scene of `path`: of a dense workspace, of the only one that a project holds, or of a project whose photos have no
+// distortion. Throws InputError; UsageError if there are several.
+Scene LoadSceneToEvaluate(const std::filesystem::path& path, bool check_images);
+
+// Positions of the views named in `names`, separated by commas; empty for an empty text. Throws UsageError that names the nearest
+// name.
+std::vector<int> FindViews(const Scene& scene, const std::string& names);
+
+// Direction that is up for whoever held the camera: the mean of the photos' upward axes. (0, -1, 0) without photos.
+Eigen::Vector3d UpDirection(const std::vector<View>& views);
+
+// The photo that shows most sparse points; -1 without photos.
+int MostRevealingView(const Scene& scene);
+
+// The view's camera, reduced (or enlarged) to `width`.
+Viewpoint ViewpointOf(const View& view, int width);
+
+// A turntable that begins where the photos were taken from.
+TurntableOptions TurntableBefore(const TriangleMesh& mesh, const std::vector<View>& views);
+
+}  // namespace lsmvs

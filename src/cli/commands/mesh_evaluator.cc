@@ -1,0 +1,163 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "lsmvs/cli/commands/commands.h"
+#include "lsmvs/cli/commands/evaluation_input.h"
+#include "lsmvs/evaluation/error_colors.h"
+#include "lsmvs/evaluation/evaluation_text.h"
+#include "lsmvs/mesh/ply.h"
+#include "lsmvs/util/atomic_file.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace {
+
+class MeshEvaluator : public Command {
+ public:
+  CommandInfo Info() const override {
+    CommandInfo info;
+    info.name = "mesh_evaluator";
+    info.summary = "Score a mesh or a cloud against ground truth, or against the photos";
+    info.details =
+        "With --ground_truth_path: accuracy (share of the reconstruction near the truth), "
+        "completeness (share of the truth near the reconstruction) and F1 at the thresholds, on points "
+        "uniform over the area, and with --workspace_path only where at least two photos see the "
+        "surface; then also the histogram of depth errors in every photo.\n"
+        "Without ground truth, or with --photometric: every photo is compared with its neighbours "
+        "warped through the mesh. Give --view_names with photos that the reconstruction has not seen "
+        "for an honest score.\n"
+        "A file without faces is taken as a cloud. Nothing of the workspace is changed.";
+    info.examples = {
+        "lsmvs mesh_evaluator --input_path mesh.ply --ground_truth_path truth.ply --workspace_path dense",
+        "lsmvs mesh_evaluator --input_path mesh.ply --workspace_path dense --json_path score.json"};
+    info.required = {"input_path"};
+    return info;
+  }
+
+  void Describe(OptionSet* options) override {
+    options->Add("input_path", &input_path_, "Mesh or cloud to score (PLY)");
+    options->Add("ground_truth_path", &ground_truth_path_, "True mesh or cloud (PLY)");
+    options->Add("workspace_path", &workspace_path_, "Workspace with the cameras and the photos");
+    options->Add("photometric", &photometric_, "Compare with the photos although there is a truth");
+    options->Add("view_names", &view_names_,
+                 "Photos that the photometric score is measured on, separated by commas; empty: all");
+    options->Add("json_path", &json_path_, "Write the figures as JSON; '-' prints them instead");
+    options->Add("error_path", &error_path_,
+                 "Write the mesh with its errors as vertex colours, dark right, yellow wrong (PLY)");
+    surface_.Describe(options);
+    depth_.Describe(options);
+    photo_.Describe(options);
+  }
+
+  void Run(const CommandContext& context) override {
+    CheckOptions();
+    if (!workspace_path_.empty()) scene_ = LoadSceneToEvaluate(workspace_path_, Photometric());
+    const Eigen::Vector3d offset = scene_ ? scene_->world_offset : Eigen::Vector3d::Zero();
+    mesh_ = ReadMeshPly(input_path_, offset, NotFinite::kKeep);
+    figures_.name = input_path_;
+    if (!mesh_.faces.empty()) figures_.inspection = Inspect(mesh_);
+    if (!mesh_.faces.empty()) tracer_ = std::make_unique<MeshTracer>(mesh_, context.run);
+    if (!ground_truth_path_.empty()) {
+      CompareWithTruth(ReadMeshPly(ground_truth_path_, offset, NotFinite::kKeep), context);
+    }
+    if (Photometric()) CompareWithPhotos(context);
+    WriteResults(offset);
+  }
+
+ private:
+  bool Photometric() const { return photometric_ || ground_truth_path_.empty(); }
+
+  void CheckOptions() const {
+    std::string error;
+    if (!surface_.Check(&error) || !photo_.Check(&error)) throw UsageError("--" + error);
+    if (ground_truth_path_.empty() && workspace_path_.empty()) {
+      throw UsageError("give --ground_truth_path, --workspace_path or both; see --help");
+    }
+    if (Photometric() && workspace_path_.empty()) {
+      throw UsageError("--photometric needs --workspace_path");
+    }
+  }
+
+  void CompareWithTruth(const TriangleMesh& truth, const CommandContext& context) {
+    if (truth.vertices.empty()) {
+      throw InputError(ground_truth_path_, "has no points", "give a mesh or a cloud");
+    }
+    context.display->Begin("Comparing with the ground truth");
+    const std::vector<View> views = scene_ ? scene_->views : std::vector<View>();
+    const SurfaceEvaluator evaluator(truth, views, surface_, context.run);
+    const bool with_depth = tracer_ && evaluator.truth_tracer() != nullptr && !views.empty();
+    figures_.surface =
+        evaluator.Evaluate(mesh_, context.run.Part(0.2, with_depth ? 0.6 : 1), tracer_.get());
+    if (with_depth) {
+      figures_.depth_errors = MeasureDepthErrors(*tracer_, *evaluator.truth_tracer(), views, depth_,
+                                                 context.run.Part(0.6, 1));
+    }
+    if (!error_path_.empty()) ColorByDistance(evaluator, context.run);
+    context.display->End();
+  }
+
+  void CompareWithPhotos(const CommandContext& context) {
+    if (!tracer_) {
+      throw InputError(input_path_, "has no faces, and photos are only seen through a mesh",
+                       "give a mesh, or compare a cloud with --ground_truth_path");
+    }
+    context.display->Begin("Comparing with the photos");
+    const std::unique_ptr<ImageStore> images = MakeImageStore(*scene_, {});
+    const bool color = !error_path_.empty() && ground_truth_path_.empty();
+    figures_.photometric =
+        MeasurePhotometricScore(*tracer_, mesh_, *scene_, *images, FindViews(*scene_, view_names_),
+                                color, photo_, context.run);
+    if (color) ColorByCorrelation(figures_.photometric->vertex_zncc);
+    context.display->End();
+  }
+
+  // Yellow is the largest threshold.
+  void ColorByDistance(const SurfaceEvaluator& evaluator, const RunContext& run) {
+    std::vector<double> distances(mesh_.vertices.size());
+    ParallelFor(run, distances.size(), 1024, [&](size_t v) {
+      const Eigen::Vector3d& x = mesh_.vertices[v];
+      distances[v] = x.allFinite() ? evaluator.DistanceToTruth(x) : NAN;
+    });
+    const double largest = figures_.surface->thresholds.back() * evaluator.unit_in_world();
+    mesh_.vertex_colors = ErrorColors(distances, largest);
+  }
+
+  // Yellow is no correlation.
+  void ColorByCorrelation(const std::vector<float>& zncc) {
+    std::vector<double> errors(zncc.size());
+    std::transform(zncc.begin(), zncc.end(), errors.begin(), [](float z) { return 1.0 - z; });
+    mesh_.vertex_colors = ErrorColors(errors, 1);
+  }
+
+  void WriteResults(const Eigen::Vector3d& offset) const {
+    if (!error_path_.empty()) WriteMeshPly(error_path_, mesh_, offset);
+    if (json_path_ == "-") {
+      fmt::print("{}", ToJson(figures_));
+      return;
+    }
+    if (!json_path_.empty()) WriteFileAtomically(json_path_, ToJson(figures_));
+    fmt::print("{}", ToTable(figures_));
+  }
+
+  std::string input_path_, ground_truth_path_, workspace_path_, view_names_, json_path_, error_path_;
+  bool photometric_ = false;
+  SurfaceEvaluationOptions surface_;
+  DepthErrorOptions depth_;
+  PhotometricOptions photo_;
+
+  std::optional<Scene> scene_;
+  TriangleMesh mesh_;
+  std::unique_ptr<MeshTracer> tracer_;
+  MeshFigures figures_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeMeshEvaluator() { return std::make_unique<MeshEvaluator>(); }
+
+}  // namespace lsmvs
