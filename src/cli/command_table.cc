@@ -5,7 +5,10 @@
 namespace lsmvs {
 
 const std::vector<CommandFactory>& CommandTable() {
-  static const std::vector<CommandFactory> table = {};
+  static const std::vector<CommandFactory> table = {
+      MakeMeshEvaluator,
+      MakeMeshRenderer,
+  };
   return table;
 }
 

@@ -101,6 +101,13 @@ Json PhotometricJson(const PhotometricScore& score) {
   return json;
 }
 
+template <class View>
+std::vector<View> ByName(std::vector<View> views) {
+  std::stable_sort(views.begin(), views.end(),
+                   [](const View& a, const View& b) { return a.name < b.name; });
+  return views;
+}
+
 std::string InspectionTable(const MeshInspection& m) {
   return fmt::format(
       "  {} vertices, {} faces, {} components; {}, {} border edges, {} non-manifold edges\n",
@@ -150,7 +157,7 @@ std::string DepthErrorsTable(const DepthErrors& errors) {
   text += fmt::format("  {:<24}{:>8}{:>8}{:>8}{:>9}{:>9}{:>12}\n", "view", "< 1 s",
                       fmt::format("< {} s", std::min<size_t>(3, num_bins)),
                       fmt::format("< {} s", num_bins), "larger", "missing", "median rel.");
-  for (const DepthErrorHistogram& view : errors.views) text += HistogramRow(view);
+  for (const DepthErrorHistogram& view : ByName(errors.views)) text += HistogramRow(view);
   return text + HistogramRow(errors.all);
 }
 
@@ -158,7 +165,8 @@ std::string PhotometricTable(const PhotometricScore& score) {
   std::string text =
       fmt::format("  photos: coverage {:.4f}, mean ZNCC {:.4f}, median {:.4f}, score {:.4f}\n",
                   score.coverage, score.mean_zncc, score.median_zncc, score.score);
-  for (const PhotometricViewScore& view : score.views) {
+  text += fmt::format("  {:<24}{:>10}{:>10}{:>10}\n", "view", "coverage", "ZNCC", "score");
+  for (const PhotometricViewScore& view : ByName(score.views)) {
     text += fmt::format("  {:<24.24}{:>10.4f}{:>10.4f}{:>10.4f}\n", view.name, view.Coverage(),
                         view.MeanZncc(), view.Score());
   }

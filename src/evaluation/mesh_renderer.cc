@@ -16,7 +16,7 @@ namespace lsmvs {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-const Eigen::Vector3d kClay(0.60, 0.565, 0.52);  // linear light
+const Eigen::Vector3d kClay(0.55, 0.52, 0.48);  // linear light
 
 uint32_t Mix(uint32_t x) {  // lowbias32, by C. Wellons
   x = (x ^ (x >> 16)) * 0x7feb352du;
@@ -149,7 +149,7 @@ class Renderer {
     const double sky = 0.75 + 0.25 * point.normal.dot(to_sky_);
     const double key = std::max(0.0, point.normal.dot(to_key_light_));
     const double open = OpenShare(point, seed);
-    return 0.50 * sky * open + 0.92 * key * (0.35 + 0.65 * open);
+    return 0.50 * sky * open + 0.86 * key * (0.35 + 0.65 * open);
   }
 
   // Share of the half-space over the point that is free of mesh within the radius; cosine-weighted.
@@ -249,7 +249,8 @@ Eigen::Vector3d FitCenter(const std::vector<Eigen::Vector3d>& points, double sha
   return center;
 }
 
-// How far before the camera the center must lie so that `share` of the points fall into the middle 94 % of the image.
+// How far before the camera the center must lie so that `share` of the points fall into the middle
+// 94 % of the image.
 double FitDistance(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& center,
                    double share, const PinholeCamera& camera) {
   const double half_width = 0.47 * camera.width, half_height = 0.47 * camera.height;
@@ -286,17 +287,18 @@ void RenderOptions::Describe(OptionSet* options) {
   options->Add("background", &background, "Grey level behind the mesh, 255 is white", {0, 255});
 }
 
-Viewpoint TurntableViewpoint(const TriangleMesh& mesh, const TurntableOptions& options) {
+Viewpoint TurntableViewpoint(const std::vector<Eigen::Vector3d>& points_in_world,
+                             const TurntableOptions& options) {
   LSMVS_CHECK(options.width >= 1 && options.height >= 1);
   LSMVS_CHECK(options.fit_share > 0 && options.fit_share <= 1 && options.up.norm() > 0);
   const double focal = 1.4 * std::max(options.width, options.height);
   Viewpoint viewpoint;
-  viewpoint.camera = {options.width, options.height,       focal,
+  viewpoint.camera = {options.width, options.height,      focal,
                       focal,         0.5 * options.width, 0.5 * options.height};
   const Eigen::Matrix3d rotation = TurntableRotation(options);
   std::vector<Eigen::Vector3d> points;  // turned
-  points.reserve(mesh.vertices.size());
-  for (const Eigen::Vector3d& x : mesh.vertices) {
+  points.reserve(points_in_world.size());
+  for (const Eigen::Vector3d& x : points_in_world) {
     if (x.allFinite()) points.push_back(rotation * x);
   }
   Eigen::Vector3d center = Eigen::Vector3d::Zero();

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <vector>
 
 #include "lsmvs/evaluation/mesh_tracer.h"
 #include "lsmvs/geometry/camera.h"
@@ -50,13 +51,15 @@ struct TurntableOptions {
   // Azimuth 0 looks against this direction; made perpendicular to `up`. Zero: any direction.
   Eigen::Vector3d front = Eigen::Vector3d::Zero();
   double azimuth_deg = 0;
-  double elevation_deg = 20;    // over the horizon
-  double fit_share = 1;         // of the vertices that must be in the image: less ignores far outliers
+  double elevation_deg = 20;  // over the horizon
+  double fit_share = 1;       // of the points that must be in the image: less ignores far outliers
   int width = 1280, height = 960;
 };
 
-// A viewpoint on a circle around the mesh from which the mesh fills the image.
-Viewpoint TurntableViewpoint(const TriangleMesh& mesh, const TurntableOptions& options);
+// A viewpoint on a circle around the points (a mesh's vertices) from which they fill the image.
+// Points that are not finite are ignored.
+Viewpoint TurntableViewpoint(const std::vector<Eigen::Vector3d>& points_in_world,
+                             const TurntableOptions& options);
 
 // Renders a mesh as seen from a viewpoint; the image has the camera's size. Faces are seen from
 // both sides. `tracer` is that of `mesh`. Deterministic for any number of threads. O(pixels *

@@ -20,7 +20,7 @@ Viewpoint Turntable(const TriangleMesh& mesh, double azimuth_deg, double elevati
   options.elevation_deg = elevation_deg;
   options.width = width;
   options.height = height;
-  return TurntableViewpoint(mesh, options);
+  return TurntableViewpoint(mesh.vertices, options);
 }
 
 TEST(MeshRenderer, ColoursAreThoseOfTheVertices) {
@@ -71,7 +71,7 @@ TEST(MeshRenderer, TurntableFacesTheFront) {
   TurntableOptions options;
   options.front = {1, 2, 5};
   options.elevation_deg = 0;
-  const Viewpoint viewpoint = TurntableViewpoint(test::SphereMesh(1, 12), options);
+  const Viewpoint viewpoint = TurntableViewpoint(test::SphereMesh(1, 12).vertices, options);
   const Eigen::Vector3d center = viewpoint.cam_from_world.OriginInSource();
   EXPECT_NEAR(center.normalized().dot(Eigen::Vector3d(1, 2, 0).normalized()), 1, 1e-6);
   EXPECT_NEAR(viewpoint.cam_from_world.rotation.determinant(), 1, 1e-12);
@@ -82,7 +82,7 @@ TEST(MeshRenderer, TurntableIgnoresOutliersWhenAsked) {
   mesh.vertices.emplace_back(1000, 0, 0);
   TurntableOptions options;
   options.fit_share = 0.99;
-  const Viewpoint viewpoint = TurntableViewpoint(mesh, options);
+  const Viewpoint viewpoint = TurntableViewpoint(mesh.vertices, options);
   EXPECT_LT(viewpoint.cam_from_world.OriginInSource().norm(), 5);
 }
 

@@ -6,4 +6,9 @@
 
 // Makers of the commands: each is defined in the file of its name in this folder.
 
-namespace lsmvs {}  // namespace lsmvs
+namespace lsmvs {
+
+std::unique_ptr<Command> MakeMeshEvaluator();
+std::unique_ptr<Command> MakeMeshRenderer();
+
+}  // namespace lsmvs

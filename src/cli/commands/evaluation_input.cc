@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -77,21 +78,40 @@ Viewpoint ViewpointOf(const View& view, int width) {
   return {view.camera.Resized(width, height), view.cam_from_world};
 }
 
-TurntableOptions TurntableBefore(const TriangleMesh& mesh, const std::vector<View>& views) {
+std::vector<Eigen::Vector3d> CentralVertices(const TriangleMesh& mesh, const Scene& scene) {
+  if (scene.points.empty()) return mesh.vertices;
+  Eigen::AlignedBox3d box;
+  std::vector<double> values(scene.points.size());
+  const size_t cut = values.size() / 25;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (size_t i = 0; i < values.size(); ++i) values[i] = scene.points[i].x_in_world[axis];
+    std::sort(values.begin(), values.end());
+    const double margin = 0.125 * (values[values.size() - 1 - cut] - values[cut]);
+    box.min()[axis] = values[cut] - margin;
+    box.max()[axis] = values[values.size() - 1 - cut] + margin;
+  }
+  std::vector<Eigen::Vector3d> central;
+  for (const Eigen::Vector3d& x : mesh.vertices) {
+    if (box.contains(x)) central.push_back(x);
+  }
+  return central.size() > mesh.vertices.size() / 20 ? central : mesh.vertices;
+}
+
+TurntableOptions TurntableBefore(const std::vector<Eigen::Vector3d>& points,
+                                 const std::vector<View>& views) {
   TurntableOptions options;
   options.up = UpDirection(views);
   options.fit_share = 0.98;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero(), cameras = Eigen::Vector3d::Zero();
   size_t count = 0;
-  for (const Eigen::Vector3d& x : mesh.vertices) {
+  for (const Eigen::Vector3d& x : points) {
     if (!x.allFinite()) continue;
     middle += x;
     ++count;
   }
   for (const View& view : views) cameras += view.CenterInWorld();
   if (count == 0 || views.empty()) return options;
-  options.front =
-      cameras / static_cast<double>(views.size()) - middle / static_cast<double>(count);
+  options.front = cameras / static_cast<double>(views.size()) - middle / static_cast<double>(count);
   return options;
 }
 

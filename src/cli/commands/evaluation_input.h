@@ -11,15 +11,16 @@
 
 namespace lsmvs {
 
-// The scene of `path`: of a dense workspace, of the only one that a project holds, or of a project whose photos have no
-// distortion. Throws InputError; UsageError if there are several.
+// The scene of `path`: of a dense workspace, of the only one that a project holds, or of a project
+// whose photos have no distortion. Throws InputError; UsageError if there are several.
 Scene LoadSceneToEvaluate(const std::filesystem::path& path, bool check_images);
 
-// Positions of the views named in `names`, separated by commas; empty for an empty text. Throws UsageError that names the nearest
-// name.
+// Positions of the views named in `names`, separated by commas; empty for an empty text. Throws
+// UsageError that names the nearest name.
 std::vector<int> FindViews(const Scene& scene, const std::string& names);
 
-// Direction that is up for whoever held the camera: the mean of the photos' upward axes. (0, -1, 0) without photos.
+// Direction that is up for whoever held the camera: the mean of the photos' upward axes. (0, -1, 0)
+// without photos.
 Eigen::Vector3d UpDirection(const std::vector<View>& views);
 
 // The photo that shows most sparse points; -1 without photos.
@@ -28,7 +29,13 @@ int MostRevealingView(const Scene& scene);
 // The view's camera, reduced (or enlarged) to `width`.
 Viewpoint ViewpointOf(const View& view, int width);
 
+// The part of the mesh that the photos are about: its vertices in the box of the sparse points
+// (without the outermost), a quarter larger. All vertices if that leaves hardly any, or without
+// sparse points.
+std::vector<Eigen::Vector3d> CentralVertices(const TriangleMesh& mesh, const Scene& scene);
+
 // A turntable that begins where the photos were taken from.
-TurntableOptions TurntableBefore(const TriangleMesh& mesh, const std::vector<View>& views);
+TurntableOptions TurntableBefore(const std::vector<Eigen::Vector3d>& points,
+                                 const std::vector<View>& views);
 
 }  // namespace lsmvs

@@ -25,15 +25,18 @@ class MeshEvaluator : public Command {
     info.summary = "Score a mesh or a cloud against ground truth, or against the photos";
     info.details =
         "With --ground_truth_path: accuracy (share of the reconstruction near the truth), "
-        "completeness (share of the truth near the reconstruction) and F1 at the thresholds, on points "
+        "completeness (share of the truth near the reconstruction) and F1 at the thresholds, on "
+        "points "
         "uniform over the area, and with --workspace_path only where at least two photos see the "
         "surface; then also the histogram of depth errors in every photo.\n"
         "Without ground truth, or with --photometric: every photo is compared with its neighbours "
-        "warped through the mesh. Give --view_names with photos that the reconstruction has not seen "
+        "warped through the mesh. Give --view_names with photos that the reconstruction has not "
+        "seen "
         "for an honest score.\n"
         "A file without faces is taken as a cloud. Nothing of the workspace is changed.";
     info.examples = {
-        "lsmvs mesh_evaluator --input_path mesh.ply --ground_truth_path truth.ply --workspace_path dense",
+        "lsmvs mesh_evaluator --input_path mesh.ply --ground_truth_path truth.ply --workspace_path "
+        "dense",
         "lsmvs mesh_evaluator --input_path mesh.ply --workspace_path dense --json_path score.json"};
     info.required = {"input_path"};
     return info;
@@ -44,11 +47,13 @@ class MeshEvaluator : public Command {
     options->Add("ground_truth_path", &ground_truth_path_, "True mesh or cloud (PLY)");
     options->Add("workspace_path", &workspace_path_, "Workspace with the cameras and the photos");
     options->Add("photometric", &photometric_, "Compare with the photos although there is a truth");
-    options->Add("view_names", &view_names_,
-                 "Photos that the photometric score is measured on, separated by commas; empty: all");
+    options->Add(
+        "view_names", &view_names_,
+        "Photos that the photometric score is measured on, separated by commas; empty: all");
     options->Add("json_path", &json_path_, "Write the figures as JSON; '-' prints them instead");
-    options->Add("error_path", &error_path_,
-                 "Write the mesh with its errors as vertex colours, dark right, yellow wrong (PLY)");
+    options->Add(
+        "error_path", &error_path_,
+        "Write the mesh with its errors as vertex colours, dark right, yellow wrong (PLY)");
     surface_.Describe(options);
     depth_.Describe(options);
     photo_.Describe(options);
@@ -144,7 +149,8 @@ class MeshEvaluator : public Command {
     fmt::print("{}", ToTable(figures_));
   }
 
-  std::string input_path_, ground_truth_path_, workspace_path_, view_names_, json_path_, error_path_;
+  std::string input_path_, ground_truth_path_, workspace_path_, view_names_, json_path_,
+      error_path_;
   bool photometric_ = false;
   SurfaceEvaluationOptions surface_;
   DepthErrorOptions depth_;

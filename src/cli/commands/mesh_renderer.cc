@@ -29,8 +29,10 @@ class MeshRendererCommand : public Command {
         "--num_frames above 1 turns the turntable: <output>-000.png and so on are written.";
     info.examples = {
         "lsmvs mesh_renderer --input_path mesh.ply --output_path mesh.png --workspace_path dense",
-        "lsmvs mesh_renderer --input_path mesh.ply --output_path mesh.png --azimuth 30 --elevation 25",
-        "lsmvs mesh_renderer --input_path mesh.ply --output_path turn.png --num_frames 36 --style lit"};
+        "lsmvs mesh_renderer --input_path mesh.ply --output_path mesh.png --azimuth 30 --elevation "
+        "25",
+        "lsmvs mesh_renderer --input_path mesh.ply --output_path turn.png --num_frames 36 --style "
+        "lit"};
     info.required = {"input_path", "output_path"};
     return info;
   }
@@ -46,9 +48,10 @@ class MeshRendererCommand : public Command {
     options->Add("elevation", &elevation_, "Height of the turntable's camera in degrees",
                  {-90.0, 90.0});
     options->Add("up", &up_, "Axis of the turntable as x,y,z; empty: up in the photos, or 0,-1,0");
-    options->Add("fit_share", &fit_share_,
-                 "Share of the vertices that the turntable's picture must hold; less ignores outliers",
-                 {0.01, 1.0});
+    options->Add(
+        "fit_share", &fit_share_,
+        "Share of the vertices that the turntable's picture must hold; less ignores outliers",
+        {0.01, 1.0});
     options->Add("num_frames", &num_frames_, "Pictures of a full turn", {1, 10000});
     options->Add("width", &width_, "Of the picture in pixels", {1, 16384});
     options->Add("height", &height_, "Of a turntable's picture in pixels", {1, 16384});
@@ -82,8 +85,7 @@ class MeshRendererCommand : public Command {
       return {ViewpointOf(scene_->views[named.empty() ? MostRevealingView(*scene_) : named[0]],
                           width_)};
     }
-    TurntableOptions options =
-        TurntableBefore(mesh, scene_ ? scene_->views : std::vector<View>());
+    TurntableOptions options = TurntableBefore(mesh, scene_ ? scene_->views : std::vector<View>());
     if (!up_.empty()) options.up = ParseDirection(up_);
     options.elevation_deg = elevation_;
     options.fit_share = fit_share_;
@@ -92,7 +94,7 @@ class MeshRendererCommand : public Command {
     std::vector<Viewpoint> viewpoints;
     for (int i = 0; i < num_frames_; ++i) {
       options.azimuth_deg = azimuth_ + 360.0 * i / num_frames_;
-      viewpoints.push_back(TurntableViewpoint(mesh, options));
+      viewpoints.push_back(TurntableViewpoint(points, options));
     }
     return viewpoints;
   }
