@@ -85,7 +85,9 @@ class MeshRendererCommand : public Command {
       return {ViewpointOf(scene_->views[named.empty() ? MostRevealingView(*scene_) : named[0]],
                           width_)};
     }
-    TurntableOptions options = TurntableBefore(mesh, scene_ ? scene_->views : std::vector<View>());
+    const std::vector<Eigen::Vector3d> points = CentralVertices(mesh, scene_ ? *scene_ : Scene());
+    TurntableOptions options =
+        TurntableBefore(points, scene_ ? scene_->views : std::vector<View>());
     if (!up_.empty()) options.up = ParseDirection(up_);
     options.elevation_deg = elevation_;
     options.fit_share = fit_share_;
