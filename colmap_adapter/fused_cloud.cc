@@ -111,14 +111,18 @@ ChosenOrder ChooseOrder(const Scene& scene, const DenseWorkspace& workspace,
   ChosenOrder chosen{internal::SceneOrder(scene), {}, ""};
   chosen.fit = MeasureFit(scene, points, file, chosen.order);
   if (chosen.fit.inside >= kGoodFit && chosen.fit.facing >= kGoodFit) return chosen;
+  double best_total = chosen.fit.Total() + kClearlyBetter;
   for (ImageOrder& order : internal::OtherOrders(scene, workspace.SparseFolder())) {
     const OrderFit fit = MeasureFit(scene, points, file, order);
-    if (fit.Total() < chosen.fit.Total() + kClearlyBetter) continue;
+    if (fit.Total() <= best_total) continue;
+    best_total = fit.Total();
+    chosen = {std::move(order), fit, ""};
+  }
+  const ImageOrder& order = chosen.order;
+  if (order.view_idxs != internal::SceneOrder(scene).view_idxs) {
     chosen.message =
         fmt::format("the images of the visibility file are in {}, not in that of registered images",
                     order.name);
-    chosen.order = std::move(order);
-    chosen.fit = fit;
   }
   return chosen;
 }

@@ -15,7 +15,7 @@ struct PrepareWorkspaceOptions {
   // size. Workspaces that exist are taken as they are.
   std::optional<int> max_image_size;
   // Photos of a project, if they do not lie in its images/.
-  std::filesystem::path image_folder;
+  std::filesystem::path image_folder = {};
 };
 
 // Makes the workspace by `colmap image_undistorter`, unless it exists. The work goes on in a hidden

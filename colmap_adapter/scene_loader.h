@@ -11,7 +11,7 @@ namespace lsmvs {
 
 struct LoadSceneOptions {
   // Folder with a mask <image name>.png for some or all images; empty: no masks.
-  std::string mask_folder;
+  std::string mask_folder = {};
   // Opens every image file and compares its size with its camera's.
   bool check_images = true;
 };
