@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "lsmvs/mesh/repair.h"
+#include "lsmvs/mesh/smoothing.h"
+
 namespace lsmvs {
 
 namespace {
@@ -27,38 +30,114 @@ std::vector<double> LocalLengths(const TriangleMesh& mesh, const std::vector<dou
   return lengths;
 }
 
-size_t DropLongFaces(const SurfaceCleaningOptions& options, TriangleMesh* mesh) {
-  if (options.max_side_length_factor <= 0) return 0;
-  std::vector<double> longest(mesh->faces.size());
-  for (size_t f = 0; f < longest.size(); ++f) longest[f] = LongestEdge(*mesh, f);
-  std::vector<double> sorted = longest;
-  const auto usual =
-      sorted.begin() + static_cast<std::ptrdiff_t>(options.max_side_length_percentile / 100 *
-                                                   static_cast<double>(sorted.size() - 1));
-  std::nth_element(sorted.begin(), usual, sorted.end());
-  const std::vector<double> local = LocalLengths(*mesh, longest);
-  size_t count = 0;
-  for (size_t f = 0; f < longest.size(); ++f) {
-    double length = *usual;
-    for (const int v : mesh->faces[f]) length = std::max(length, local[v]);
-    if (longest[f] <= options.max_side_length_factor * length)
-      mesh->faces[count++] = mesh->faces[f];
-  }
-  const size_t num_dropped = mesh->faces.size() - count;
-  mesh->faces.resize(count);
-  return num_dropped;
+double Percentile(std::vector<double> values, double percentile) {
+  const auto at =
+      static_cast<std::ptrdiff_t>(percentile / 100 * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<size_t>(at)];
 }
+
+class Cleaner {
+ public:
+  Cleaner(const MergedCloud& cloud, const SurfaceCleaningOptions& options,
+          const RunContext& context, ExtractedSurface* surface)
+      : cloud_(cloud),
+        options_(options),
+        context_(context),
+        mesh_(surface->mesh),
+        vertex_point_(surface->vertex_point) {}
+
+  SurfaceCleaningCounters Run() {
+    if (options_.max_side_length_factor > 0) DropLongFaces();
+    DropFloatingComponents();
+    for (const int source : SplitNonManifoldVertices(&mesh_)) {
+      vertex_point_.push_back(vertex_point_[source]);
+    }
+    RemoveUnused();
+    if (options_.max_hole_edges > 0) CloseSmallHoles();
+    counters_.num_components = FindComponents(mesh_).num_faces.size();
+    SmoothTaubin({.num_iterations = options_.smoothing_iterations}, context_, &mesh_);
+    SetColors();
+    return counters_;
+  }
+
+ private:
+  void DropLongFaces() {
+    std::vector<double> longest(mesh_.faces.size());
+    for (size_t f = 0; f < longest.size(); ++f) longest[f] = LongestEdge(mesh_, f);
+    usual_length_ = Percentile(longest, options_.max_side_length_percentile);
+    local_length_ = LocalLengths(mesh_, longest);
+    counters_.num_dropped_facets = FilterFaces(&mesh_, [&](size_t f) {
+      return longest[f] <= options_.max_side_length_factor * UsualLength(mesh_.faces[f]);
+    });
+  }
+
+  double UsualLength(const Eigen::Vector3i& face) const {
+    double length = usual_length_;
+    for (const int v : face) length = std::max(length, local_length_[v]);
+    return length;
+  }
+
+  void DropFloatingComponents() {
+    const MeshComponents components = FindComponents(mesh_);
+    if (components.num_faces.empty()) return;
+    const size_t largest =
+        *std::max_element(components.num_faces.begin(), components.num_faces.end());
+    const double least =
+        std::max<double>(options_.min_component_faces,
+                         options_.min_component_fraction * static_cast<double>(largest));
+    const auto keep = [&](int component) {
+      const size_t size = components.num_faces[component];
+      return size == largest || static_cast<double>(size) >= least;
+    };
+    for (size_t c = 0; c < components.num_faces.size(); ++c) {
+      counters_.num_dropped_components += !keep(static_cast<int>(c));
+    }
+    counters_.num_dropped_component_faces =
+        FilterFaces(&mesh_, [&](size_t f) { return keep(components.of_face[f]); });
+  }
+
+  void RemoveUnused() {
+    const std::vector<int> new_index = RemoveUnusedVertices(&mesh_);
+    for (size_t v = 0; v < new_index.size(); ++v) {
+      if (new_index[v] < 0) continue;
+      vertex_point_[new_index[v]] = vertex_point_[v];
+    }
+    vertex_point_.resize(mesh_.vertices.size());
+  }
+
+  void CloseSmallHoles() {
+    HoleClosingOptions closing{.max_num_edges = options_.max_hole_edges, .max_edge_length = {}};
+    if (options_.max_side_length_factor > 0) {
+      const double limit = options_.max_side_length_factor * usual_length_;
+      closing.max_edge_length = [limit](int, int) { return limit; };
+    }
+    counters_.num_closed_holes = CloseHoles(closing, &mesh_);
+  }
+
+  void SetColors() {
+    mesh_.vertex_colors.assign(mesh_.vertices.size(), Color::Zero());
+    for (size_t v = 0; v < vertex_point_.size(); ++v) {
+      if (vertex_point_[v] >= 0) mesh_.vertex_colors[v] = cloud_.colors[vertex_point_[v]];
+    }
+  }
+
+  const MergedCloud& cloud_;
+  const SurfaceCleaningOptions& options_;
+  const RunContext& context_;
+  TriangleMesh& mesh_;
+  std::vector<int32_t>& vertex_point_;
+  double usual_length_ = 0;
+  std::vector<double> local_length_;
+  SurfaceCleaningCounters counters_;
+};
 
 }  // namespace
 
 SurfaceCleaningCounters CleanSurface(const MergedCloud& cloud,
                                      const SurfaceCleaningOptions& options,
                                      const RunContext& context, ExtractedSurface* surface) {
-  (void)cloud;
-  (void)context;
-  SurfaceCleaningCounters counters;
-  counters.num_dropped_facets = DropLongFaces(options, &surface->mesh);
-  return counters;
+  return Cleaner(cloud, options, context, surface).Run();
 }
 
 }  // namespace lsmvs

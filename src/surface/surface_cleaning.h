@@ -7,7 +7,7 @@
 namespace lsmvs {
 
 struct SurfaceCleaningOptions {
-  double max_side_length_factor = 4, max_side_length_percentile = 50;
+  double max_side_length_factor = 16, max_side_length_percentile = 50;
   double min_component_fraction = 0.002;
   int min_component_faces = 50;
   int max_hole_edges = 40;

@@ -38,7 +38,7 @@ struct VisibilityMesherOptions {
   double quality_regularization = 1.0;
   // Facets with an edge longer than this times the local and the global edge length (the percentile
   // below) span what nobody measured and are dropped. 0 keeps all.
-  double max_side_length_factor = 4.0;
+  double max_side_length_factor = 16.0;
   // Percentile of the surface's longest facet edges that counts as its edge length.
   double max_side_length_percentile = 50.0;
   // Boost of the inside behind vertices where the support for free space jumps (Jancosek and

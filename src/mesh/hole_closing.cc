@@ -1,0 +1,118 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "lsmvs/mesh/repair.h"
+
+namespace lsmvs {
+
+namespace {
+
+using Edge = std::pair<int, int>;
+
+// All edges of the mesh among the vertices of the loops.
+std::vector<Edge> EdgesAmong(const TriangleMesh& mesh, const std::vector<std::vector<int>>& loops) {
+  std::vector<bool> on_loop(mesh.vertices.size(), false);
+  for (const auto& loop : loops) {
+    for (const int v : loop) on_loop[v] = true;
+  }
+  std::vector<Edge> edges;
+  for (const Eigen::Vector3i& face : mesh.faces) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = face[k], b = face[(k + 1) % 3];
+      if (on_loop[a] && on_loop[b]) edges.push_back(std::minmax(a, b));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+// Triangulation of one loop of least area (G. Klincsek: Minimal triangulations of polygonal
+// domains, 1980).
+class LoopFiller {
+ public:
+  LoopFiller(const TriangleMesh& mesh, const std::vector<int>& loop, const std::vector<Edge>& edges,
+             const HoleClosingOptions& options)
+      : mesh_(mesh),
+        loop_(loop),
+        edges_(edges),
+        options_(options),
+        n_(loop.size()),
+        cost_(n_ * n_, std::numeric_limits<double>::infinity()),
+        apex_(n_ * n_, -1) {}
+
+  // Empty if there is none.
+  std::vector<Eigen::Vector3i> Run() {
+    for (size_t i = 0; i + 1 < n_; ++i) {
+      if (ShortEnough(i, i + 1)) cost_[i * n_ + i + 1] = 0;
+    }
+    for (size_t gap = 2; gap < n_; ++gap) {
+      for (size_t i = 0; i + gap < n_; ++i) Solve(i, i + gap);
+    }
+    std::vector<Eigen::Vector3i> faces;
+    if (cost_[n_ - 1] < std::numeric_limits<double>::infinity()) Collect(0, n_ - 1, &faces);
+    return faces;
+  }
+
+ private:
+  bool ShortEnough(size_t i, size_t j) const {
+    const int a = loop_[i], b = loop_[j];
+    return !options_.max_edge_length ||
+           (mesh_.vertices[a] - mesh_.vertices[b]).norm() <= options_.max_edge_length(a, b);
+  }
+  bool MayJoin(size_t i, size_t j) const {
+    const bool side = j == i + 1 || (i == 0 && j + 1 == n_);
+    return ShortEnough(i, j) &&
+           (side || !std::binary_search(edges_.begin(), edges_.end(),
+                                        Edge(std::minmax(loop_[i], loop_[j]))));
+  }
+  double Area(size_t i, size_t j, size_t k) const {
+    const Eigen::Vector3d& a = mesh_.vertices[loop_[i]];
+    return 0.5 * (mesh_.vertices[loop_[j]] - a).cross(mesh_.vertices[loop_[k]] - a).norm();
+  }
+  void Solve(size_t i, size_t j) {
+    if (!MayJoin(i, j)) return;
+    for (size_t k = i + 1; k < j; ++k) {
+      const double area = Area(i, k, j);
+      const double cost = cost_[i * n_ + k] + cost_[k * n_ + j] + area;
+      if (!(area > 0) || cost >= cost_[i * n_ + j]) continue;
+      cost_[i * n_ + j] = cost;
+      apex_[i * n_ + j] = static_cast<int>(k);
+    }
+  }
+  void Collect(size_t i, size_t j, std::vector<Eigen::Vector3i>* faces) const {
+    if (j == i + 1) return;
+    const auto k = static_cast<size_t>(apex_[i * n_ + j]);
+    faces->emplace_back(loop_[i], loop_[k], loop_[j]);
+    Collect(i, k, faces);
+    Collect(k, j, faces);
+  }
+
+  const TriangleMesh& mesh_;
+  const std::vector<int>& loop_;
+  const std::vector<Edge>& edges_;
+  const HoleClosingOptions& options_;
+  size_t n_;
+  std::vector<double> cost_;  // of the best triangulation between loop positions i < j
+  std::vector<int> apex_;
+};
+
+}  // namespace
+
+size_t CloseHoles(const HoleClosingOptions& options, TriangleMesh* mesh) {
+  std::vector<std::vector<int>> loops = FindBorderLoops(*mesh);
+  std::erase_if(loops, [&](const std::vector<int>& loop) {
+    return loop.size() < 3 || loop.size() > static_cast<size_t>(options.max_num_edges);
+  });
+  const std::vector<Edge> edges = EdgesAmong(*mesh, loops);
+  size_t num_closed = 0;
+  for (const std::vector<int>& loop : loops) {
+    const std::vector<Eigen::Vector3i> faces = LoopFiller(*mesh, loop, edges, options).Run();
+    mesh->faces.insert(mesh->faces.end(), faces.begin(), faces.end());
+    num_closed += !faces.empty();
+  }
+  return num_closed;
+}
+
+}  // namespace lsmvs
