@@ -29,15 +29,22 @@ struct InverseDepth {
 
 // First column or row whose centre is not below `coordinate`, within [0, size].
 int FirstCenterFrom(double coordinate, int size) {
+  // The ceiling, by truncation of a number that is not negative.
   const double clamped = std::clamp(coordinate - 0.5, -1.0, static_cast<double>(size));
-  return std::max(0, static_cast<int>(std::ceil(clamped)));
+  const int below = static_cast<int>(clamped + 1.0) - 1;
+  return std::max(0, below + (below < clamped));
 }
 
-// Where an edge crosses the horizontal line y; `upper` and `lower` in an order that does not depend
-// on the face, so that both faces at the edge compute the same number.
-double Crossing(const Eigen::Vector2d& upper, const Eigen::Vector2d& lower, double y) {
-  return upper.x() + (y - upper.y()) * ((lower.x() - upper.x()) / (lower.y() - upper.y()));
-}
+// Where an edge crosses horizontal lines; `upper` and `lower` in an order that does not depend on
+// the face, so that both faces at the edge compute the same numbers.
+struct Edge {
+  Edge(const Eigen::Vector2d& upper, const Eigen::Vector2d& lower)
+      : start(upper), slope((lower.x() - upper.x()) / (lower.y() - upper.y())) {}
+  double At(double y) const { return start.x() + (y - start.y()) * slope; }
+
+  Eigen::Vector2d start;
+  double slope;
+};
 
 class Rasterizer {
  public:
@@ -51,20 +58,20 @@ class Rasterizer {
   }
 
   void DrawFace(int face_idx, const std::array<const ProjectedVertex*, 3>& corners) {
-    int num_before = 0;
-    double farthest = 0;
-    for (const ProjectedVertex* corner : corners) {
-      farthest = std::max(farthest, corner->x_in_cam.z());
-    }
+    const auto [nearest, farthest] =
+        std::minmax({corners[0]->x_in_cam.z(), corners[1]->x_in_cam.z(), corners[2]->x_in_cam.z()});
+    if (!(farthest > 0)) return;
     const double near_depth = kNearPart * farthest;
-    for (const ProjectedVertex* corner : corners) num_before += corner->x_in_cam.z() > near_depth;
-    if (num_before == 0) return;
+    const bool is_clipped = nearest <= near_depth;
+    if (!is_clipped && MissesAllCenters(corners)) return;
     InverseDepth plane;
-    if (!FindPlane(corners, near_depth, &plane)) return;
-    if (num_before == 3) {
-      DrawTriangle(face_idx, plane, {corners[0]->x_px, corners[1]->x_px, corners[2]->x_px});
-    } else {
+    plane.min = 1.0 / farthest;
+    plane.max = 1.0 / std::max(nearest, near_depth);
+    if (!FindPlane(corners, &plane)) return;
+    if (is_clipped) {
       DrawClipped(face_idx, plane, corners, near_depth);
+    } else {
+      DrawTriangle(face_idx, plane, {corners[0]->x_px, corners[1]->x_px, corners[2]->x_px});
     }
   }
 
@@ -74,9 +81,17 @@ class Rasterizer {
   }
 
  private:
+  // Whether the bounding box holds no pixel centre, as that of many small faces.
+  bool MissesAllCenters(const std::array<const ProjectedVertex*, 3>& corners) const {
+    const Eigen::Vector2d &a = corners[0]->x_px, &b = corners[1]->x_px, &c = corners[2]->x_px;
+    const auto [left, right] = std::minmax({a.x(), b.x(), c.x()});
+    const auto [top, bottom] = std::minmax({a.y(), b.y(), c.y()});
+    return FirstCenterFrom(left, camera_.width) >= FirstCenterFrom(right, camera_.width) ||
+           FirstCenterFrom(top, camera_.height) >= FirstCenterFrom(bottom, camera_.height);
+  }
+
   // False where the face is seen edge-on, or from behind if those are left out.
-  bool FindPlane(const std::array<const ProjectedVertex*, 3>& corners, double near_depth,
-                 InverseDepth* plane) const {
+  bool FindPlane(const std::array<const ProjectedVertex*, 3>& corners, InverseDepth* plane) const {
     const Eigen::Vector3d& a = corners[0]->x_in_cam;
     const Eigen::Vector3d normal = (corners[1]->x_in_cam - a).cross(corners[2]->x_in_cam - a);
     const double distance = normal.dot(a);
@@ -85,10 +100,6 @@ class Rasterizer {
     plane->per_column = n.x() / camera_.fx;
     plane->per_row = n.y() / camera_.fy;
     plane->at_origin = n.z() - plane->per_column * camera_.cx - plane->per_row * camera_.cy;
-    const auto [nearest, farthest] =
-        std::minmax({a.z(), corners[1]->x_in_cam.z(), corners[2]->x_in_cam.z()});
-    plane->min = 1.0 / farthest;
-    plane->max = 1.0 / std::max(nearest, near_depth);
     return std::isfinite(plane->at_origin);
   }
 
@@ -121,12 +132,13 @@ class Rasterizer {
     if (above(p[1], p[0])) std::swap(p[0], p[1]);
     if (above(p[2], p[1])) std::swap(p[1], p[2]);
     if (above(p[1], p[0])) std::swap(p[0], p[1]);
+    const Edge edge_long(p[0], p[2]), edge_upper(p[0], p[1]), edge_lower(p[1], p[2]);
     const int first_row = FirstCenterFrom(p[0].y(), camera_.height);
     const int end_row = FirstCenterFrom(p[2].y(), camera_.height);
     for (int row = first_row; row < end_row; ++row) {
       const double y = row + 0.5;
-      const double x_long = Crossing(p[0], p[2], y);
-      const double x_short = y < p[1].y() ? Crossing(p[0], p[1], y) : Crossing(p[1], p[2], y);
+      const double x_long = edge_long.At(y);
+      const double x_short = y < p[1].y() ? edge_upper.At(y) : edge_lower.At(y);
       DrawSpan(face_idx, plane, row, FirstCenterFrom(std::min(x_long, x_short), camera_.width),
                FirstCenterFrom(std::max(x_long, x_short), camera_.width));
     }

@@ -44,7 +44,7 @@ struct MeshRefinerOptions {
   // Weight of the thin plate, the integral of the squared Laplacian with lengths in pixels, against
   // the sum of 1 - ZNCC over pixels. Raising it smooths; it depends neither on the unit of the
   // scene nor on the size of the facets.
-  double smoothness = 1.0;
+  double smoothness = 0.05;
   // Weight of the membrane (length in pixels) relative to the thin plate. Raising it shrinks thin
   // parts.
   double membrane = 0.0;

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lsmvs/mesh/triangle_mesh.h"
+
+namespace lsmvs {
+
+// Connected patches of faces of about equal size: the units that a step is accepted or rejected in.
+struct FaceRegions {
+  int count = 0;
+  std::vector<int32_t> of_face;  // #F
+};
+
+// Grows patches of up to `faces_per_region` faces breadth first over shared edges, from the lowest
+// face that is left. Patches of less than a quarter of that join the neighbour with the lowest
+// number, if there is one. O(#F log #F).
+FaceRegions GrowFaceRegions(const TriangleMesh& mesh, int faces_per_region);
+
+}  // namespace lsmvs

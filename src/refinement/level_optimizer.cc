@@ -1,0 +1,352 @@
+#include "lsmvs/refinement/level_optimizer.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "lsmvs/refinement/face_regions.h"
+#include "lsmvs/refinement/smoothness.h"
+#include "lsmvs/refinement/step_solver.h"
+
+namespace lsmvs {
+
+namespace {
+
+constexpr size_t kBlock = 8192;
+constexpr int kMaxSolverIterations = 60;
+constexpr double kSolverTolerance = 0.02;
+// A region that lost more than this part of its judged pixels moved somewhere it cannot be judged.
+constexpr double kMinMassKept = 0.7;
+constexpr double kInitialDamping = 0.01, kMinDamping = 0.003, kMaxDamping = 100.0;
+constexpr double kDampingRaise = 8.0, kDampingFall = 1.0 / 3.0;
+constexpr int kMaxRejections = 3;
+// A step may turn a face by at most this cosine.
+constexpr double kMinTurnCosine = 0.3;
+constexpr int kFoldPasses = 3;
+
+std::vector<Eigen::Vector3d> VertexDirections(const TriangleMesh& mesh) {
+  std::vector<Eigen::Vector3d> directions(mesh.vertices.size(), Eigen::Vector3d::Zero());
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    const Eigen::Vector3d normal = FaceNormalTimesTwiceArea(mesh, f);
+    for (const int v : mesh.faces[f]) directions[static_cast<size_t>(v)] += normal;
+  }
+  for (Eigen::Vector3d& direction : directions) {
+    const double length = direction.norm();
+    direction = length > 0 ? Eigen::Vector3d(direction / length) : Eigen::Vector3d(0, 0, 1);
+  }
+  return directions;
+}
+
+// Pixel size at the vertices: mean over the faces that are seen, the median of all where none is.
+std::vector<double> VertexPixelSizes(const TriangleMesh& mesh, const FacePairs& pairs) {
+  std::vector<double> sums(mesh.vertices.size(), 0.0);
+  std::vector<int> counts(mesh.vertices.size(), 0);
+  std::vector<float> seen;
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (!pairs.Seen(f)) continue;
+    seen.push_back(pairs.pixel_size[f]);
+    for (const int v : mesh.faces[f]) {
+      sums[static_cast<size_t>(v)] += pairs.pixel_size[f];
+      ++counts[static_cast<size_t>(v)];
+    }
+  }
+  const auto middle = seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2);
+  std::nth_element(seen.begin(), middle, seen.end());
+  for (size_t v = 0; v < sums.size(); ++v) {
+    sums[v] = counts[v] > 0 ? sums[v] / counts[v] : static_cast<double>(*middle);
+  }
+  return sums;
+}
+
+// State of one region between steps.
+struct RegionState {
+  double photo_error = 0, mass = 0, smoothness = 0;
+  double damping = kInitialDamping;
+  int rejections = 0;  // in a row
+  bool frozen = false;
+};
+
+class LevelOptimizer {
+ public:
+  LevelOptimizer(const ImageStore& images, const std::vector<LevelView>& views,
+                 const FaceRegions& regions, const FacePairs& pairs,
+                 const MeshRefinerOptions& options, int level, TriangleMesh* mesh,
+                 const RunContext& context)
+      : images_(images),
+        views_(views),
+        pairs_(pairs),
+        options_(options),
+        energy_options_(MakePhotoEnergyOptions(options, level, context)),
+        mesh_(*mesh),
+        context_(context),
+        photo_scale_(1.0 / pairs.per_face),
+        smoothness_(*mesh, {options.smoothness, options.membrane, options.laplacian}),
+        regions_(regions),
+        states_(static_cast<size_t>(regions.count)) {
+    summary_.level = level;
+    summary_.num_faces = mesh->faces.size();
+  }
+
+  RefinementLevelSummary Run() {
+    pixel_size_ = VertexPixelSizes(mesh_, pairs_);
+    FindRegionsOfVertices();
+    directions_ = VertexDirections(mesh_);
+    UpdateActivity();
+    terms_ = EvaluatePhotoTerms(images_, views_, mesh_, directions_, pairs_, active_,
+                                energy_options_, context_);
+    smoothness_.SetGeometry(mesh_.vertices, directions_, pixel_size_, context_);
+    SumRegions(terms_, smoothness_.Energies(), &states_);
+    RecordEnergy();
+    summary_.initial_photo_error = MeanPhotoError();
+    for (int k = 0; k < options_.max_num_iterations && AnyActive(); ++k) {
+      context_.Report(static_cast<double>(k) / options_.max_num_iterations);
+      if (!Step()) break;
+    }
+    summary_.final_photo_error = MeanPhotoError();
+    return summary_;
+  }
+
+ private:
+  void FindRegionsOfVertices() {
+    region_of_vertex_.assign(mesh_.vertices.size(), -1);
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      for (const int v : mesh_.faces[f]) {
+        int32_t& region = region_of_vertex_[static_cast<size_t>(v)];
+        if (region < 0) region = regions_.of_face[f];
+      }
+    }
+  }
+
+  RegionState& StateOf(size_t face) { return states_[static_cast<size_t>(regions_.of_face[face])]; }
+
+  // Faces of regions that still move are evaluated; vertices move whose faces all are, and that a
+  // pair sees.
+  void UpdateActivity() {
+    active_.assign(mesh_.faces.size(), 1);
+    fixed_.assign(mesh_.vertices.size(), 1);
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      active_[f] = !StateOf(f).frozen;
+      if (!pairs_.Seen(f)) continue;
+      for (const int v : mesh_.faces[f]) fixed_[static_cast<size_t>(v)] = 0;
+    }
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      if (active_[f]) continue;
+      for (const int v : mesh_.faces[f]) fixed_[static_cast<size_t>(v)] = 1;
+    }
+  }
+
+  bool AnyActive() const {
+    return std::any_of(states_.begin(), states_.end(),
+                       [](const RegionState& state) { return !state.frozen; });
+  }
+
+  void SumRegions(const PhotoTerms& terms, const std::vector<double>& smoothness,
+                  std::vector<RegionState>* states) const {
+    for (RegionState& state : *states) {
+      if (!state.frozen) state.photo_error = state.mass = 0;
+      state.smoothness = 0;
+    }
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      RegionState& state = (*states)[static_cast<size_t>(regions_.of_face[f])];
+      if (state.frozen) continue;
+      state.photo_error += terms.error[f];
+      state.mass += terms.mass[f];
+    }
+    for (size_t v = 0; v < smoothness.size(); ++v) {
+      if (region_of_vertex_[v] < 0) continue;
+      (*states)[static_cast<size_t>(region_of_vertex_[v])].smoothness += smoothness[v];
+    }
+  }
+
+  double MeanPhotoError() const {
+    double error = 0, mass = 0;
+    for (const RegionState& state : states_) {
+      error += state.photo_error;
+      mass += state.mass;
+    }
+    return mass > 0 ? error / mass : 0.0;
+  }
+
+  void RecordEnergy() {
+    double energy = 0;
+    for (const RegionState& state : states_) {
+      energy += photo_scale_ * state.photo_error + state.smoothness;
+    }
+    summary_.energies.push_back(energy);
+  }
+
+  // Displacements in pixels that lower the energy to second order.
+  std::vector<double> FindStep() {
+    const size_t count = mesh_.vertices.size();
+    std::vector<double> gradient = smoothness_.Gradient(context_);
+    std::vector<double> diagonal = smoothness_.HessianDiagonal();
+    for (size_t v = 0; v < count; ++v) {
+      const double scale = pixel_size_[v];
+      const double curvature = photo_scale_ * terms_.curvature[v] * scale * scale;
+      gradient[v] += photo_scale_ * terms_.gradient[v] * scale;
+      const double damping = region_of_vertex_[v] < 0
+                                 ? 0.0
+                                 : states_[static_cast<size_t>(region_of_vertex_[v])].damping;
+      diagonal[v] = curvature + damping * (curvature + diagonal[v]);
+    }
+    StepSolution solution = SolveStep(smoothness_, diagonal, gradient, fixed_, kMaxSolverIterations,
+                                      kSolverTolerance, context_);
+    for (double& x : solution.x) x = std::clamp(x, -options_.max_step_px, options_.max_step_px);
+    return std::move(solution.x);
+  }
+
+  std::vector<Eigen::Vector3d> Displaced(const std::vector<double>& step) const {
+    std::vector<Eigen::Vector3d> positions = mesh_.vertices;
+    for (size_t v = 0; v < positions.size(); ++v) {
+      positions[v] += step[v] * pixel_size_[v] * directions_[v];
+    }
+    return positions;
+  }
+
+  // Takes back the steps of faces that would turn away from the surface around them.
+  void StopFolds(std::vector<double>* step) const {
+    for (int pass = 0; pass < kFoldPasses; ++pass) {
+      const std::vector<Eigen::Vector3d> positions = Displaced(*step);
+      bool any = false;
+      for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+        const Eigen::Vector3i& face = mesh_.faces[f];
+        Eigen::Vector3d around = Eigen::Vector3d::Zero();
+        for (const int v : face) around += directions_[static_cast<size_t>(v)];
+        const Eigen::Vector3d& a = positions[static_cast<size_t>(face[0])];
+        const Eigen::Vector3d after = (positions[static_cast<size_t>(face[1])] - a)
+                                          .cross(positions[static_cast<size_t>(face[2])] - a);
+        const double cosine = after.dot(around) / (after.norm() * around.norm());
+        if (cosine >= kMinTurnCosine) continue;
+        const Eigen::Vector3d before = FaceNormalTimesTwiceArea(mesh_, f);
+        if (cosine >= before.dot(around) / (before.norm() * around.norm())) continue;
+        any = true;
+        for (const int v : face) (*step)[static_cast<size_t>(v)] = 0;
+      }
+      if (!any) return;
+    }
+  }
+
+  // One step, accepted or taken back region by region. False if the level has converged.
+  bool Step() {
+    std::vector<double> step = FindStep();
+    StopFolds(&step);
+    TriangleMesh trial;
+    trial.faces = mesh_.faces;
+    trial.vertices = Displaced(step);
+    std::vector<Eigen::Vector3d> directions = VertexDirections(trial);
+    PhotoTerms terms = EvaluatePhotoTerms(images_, views_, trial, directions, pairs_, active_,
+                                          energy_options_, context_);
+    smoothness_.SetGeometry(trial.vertices, directions, pixel_size_, context_);
+    std::vector<RegionState> states = states_;
+    SumRegions(terms, smoothness_.Energies(), &states);
+    const double energy_before = summary_.energies.back();
+    const std::vector<uint8_t> rejected = Judge(states);
+    Commit(rejected, std::move(trial.vertices), std::move(directions), std::move(terms));
+    smoothness_.SetGeometry(mesh_.vertices, directions_, pixel_size_, context_);
+    SumRegions(terms_, smoothness_.Energies(), &states_);
+    UpdateActivity();
+    RecordEnergy();
+    ++summary_.num_iterations;
+    const bool all_rejected =
+        std::all_of(rejected.begin(), rejected.end(), [](uint8_t r) { return r; });
+    const double gain = energy_before - summary_.energies.back();
+    return all_rejected || gain > options_.min_relative_gain * energy_before;
+  }
+
+  // Which regions got worse. Adapts damping and freezes what has converged.
+  std::vector<uint8_t> Judge(const std::vector<RegionState>& trial) {
+    std::vector<uint8_t> rejected(states_.size(), 0);
+    for (size_t r = 0; r < states_.size(); ++r) {
+      RegionState& state = states_[r];
+      if (state.frozen) continue;
+      const double before = photo_scale_ * state.photo_error + state.smoothness;
+      const double kept = state.mass > 0 ? trial[r].mass / state.mass : 1.0;
+      // Compared over as many pixels as before.
+      const double photo = trial[r].mass > 0 ? trial[r].photo_error / kept : 0.0;
+      const double after = photo_scale_ * photo + trial[r].smoothness;
+      if (after > before || kept < kMinMassKept) {
+        rejected[r] = 1;
+        ++summary_.num_rejected_regions;
+        state.damping = std::min(state.damping * kDampingRaise, kMaxDamping);
+        state.frozen = ++state.rejections >= kMaxRejections;
+      } else {
+        state.rejections = 0;
+        state.damping = std::max(state.damping * kDampingFall, kMinDamping);
+        state.frozen = before - after < options_.min_relative_gain * before;
+      }
+    }
+    return rejected;
+  }
+
+  // Vertices with a face in a rejected region stay as they were, with their old derivatives.
+  void Commit(const std::vector<uint8_t>& rejected, std::vector<Eigen::Vector3d>&& positions,
+              std::vector<Eigen::Vector3d>&& directions, PhotoTerms&& terms) {
+    std::vector<uint8_t> stays(mesh_.vertices.size(), 0);
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      const bool is_rejected = rejected[static_cast<size_t>(regions_.of_face[f])] != 0;
+      if (!is_rejected && active_[f]) {
+        terms_.error[f] = terms.error[f];
+        terms_.mass[f] = terms.mass[f];
+      }
+      if (!is_rejected) continue;
+      for (const int v : mesh_.faces[f]) stays[static_cast<size_t>(v)] = 1;
+    }
+    for (size_t v = 0; v < stays.size(); ++v) {
+      if (stays[v] || fixed_[v]) continue;
+      mesh_.vertices[v] = positions[v];
+      directions_[v] = directions[v];
+      terms_.gradient[v] = terms.gradient[v];
+      terms_.curvature[v] = terms.curvature[v];
+    }
+  }
+
+  const ImageStore& images_;
+  const std::vector<LevelView>& views_;
+  const FacePairs& pairs_;
+  const MeshRefinerOptions& options_;
+  PhotoEnergyOptions energy_options_;
+  TriangleMesh& mesh_;
+  const RunContext& context_;
+  double photo_scale_;
+  Smoothness smoothness_;
+  const FaceRegions& regions_;
+  std::vector<RegionState> states_;
+  std::vector<int32_t> region_of_vertex_;
+  std::vector<uint8_t> active_, fixed_;
+  std::vector<double> pixel_size_;
+  std::vector<Eigen::Vector3d> directions_;
+  PhotoTerms terms_;
+  RefinementLevelSummary summary_;
+};
+
+}  // namespace
+
+std::vector<LevelView> MakeLevelViews(const Scene& scene, const ImageStore& images, int level) {
+  std::vector<LevelView> views;
+  for (int v = 0; v < scene.num_views(); ++v) {
+    views.push_back({images.Camera(v, level), scene.views[static_cast<size_t>(v)].cam_from_world});
+  }
+  return views;
+}
+
+PhotoEnergyOptions MakePhotoEnergyOptions(const MeshRefinerOptions& options, int level,
+                                          const RunContext& context) {
+  PhotoEnergyOptions result;
+  result.level = level;
+  result.depth_tolerance = options.depth_tolerance;
+  result.correlation.radius = options.window_radius;
+  result.correlation.noise_variance =
+      static_cast<float>(options.noise_gray_levels * options.noise_gray_levels);
+  result.map_budget_bytes = context.memory_budget_bytes / 4;
+  return result;
+}
+
+RefinementLevelSummary OptimizeLevel(const ImageStore& images, const std::vector<LevelView>& views,
+                                     const FaceRegions& regions, const FacePairs& pairs,
+                                     const MeshRefinerOptions& options, int level,
+                                     TriangleMesh* mesh, const RunContext& context) {
+  return LevelOptimizer(images, views, regions, pairs, options, level, mesh, context).Run();
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <vector>
+
+#include "lsmvs/image/image_store.h"
+#include "lsmvs/mesh/triangle_mesh.h"
+#include "lsmvs/refinement/mesh_refiner.h"
+#include "lsmvs/refinement/pair_selection.h"
+#include "lsmvs/refinement/photo_energy.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+// Views of the scene at one level of the store.
+std::vector<LevelView> MakeLevelViews(const Scene& scene, const ImageStore& images, int level);
+
+PhotoEnergyOptions MakePhotoEnergyOptions(const MeshRefinerOptions& options, int level,
+                                          const RunContext& context);
+
+// Moves the vertices of `mesh` along their normals at one pyramid level until the regions have
+// converged. The topology stays. `pairs` were selected for this mesh and level.
+RefinementLevelSummary OptimizeLevel(const ImageStore& images, const std::vector<LevelView>& views,
+                                     const FaceRegions& regions, const FacePairs& pairs,
+                                     const MeshRefinerOptions& options, int level,
+                                     TriangleMesh* mesh, const RunContext& context);
+
+}  // namespace lsmvs

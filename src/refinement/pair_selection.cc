@@ -1,0 +1,205 @@
+#include "lsmvs/refinement/pair_selection.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "lsmvs/image/rasterizer.h"
+
+namespace lsmvs {
+
+namespace {
+
+constexpr size_t kRegionsPerBlock = 16;
+constexpr int kReduction = 4;
+constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
+
+struct CoarseView {
+  LevelView view;
+  Raster<float> depth;
+};
+
+// How one view sees one face.
+struct Sighting {
+  bool seen = false;
+  double cosine = 0;
+  double pixel_size = 0;      // world units a pixel
+  double area_px = 0;         // square pixels, at the views' own resolution
+  Eigen::Vector3d to_camera;  // unit length
+};
+
+class Selector {
+ public:
+  Selector(const std::vector<LevelView>& views, const std::vector<ViewPair>& candidates,
+           const TriangleMesh& mesh, const PairSelectionOptions& options)
+      : views_(views), candidates_(candidates), mesh_(mesh), options_(options) {}
+
+  void DrawDepths(const RunContext& context) {
+    coarse_.resize(views_.size());
+    ParallelFor(context, views_.size(), 1, [&](size_t v) {
+      const LevelView& view = views_[v];
+      coarse_[v].view = {view.camera.Resized(std::max(2, view.camera.width / kReduction),
+                                             std::max(2, view.camera.height / kReduction)),
+                         view.cam_from_world};
+      SurfaceMaps maps;
+      RasterizeMesh(coarse_[v].view.camera, view.cam_from_world, mesh_.vertices, mesh_.faces, {},
+                    &maps);
+      coarse_[v].depth = std::move(maps.depth);
+    });
+  }
+
+  // Chooses for the faces of one region.
+  void SelectFor(const std::vector<int32_t>& faces, FacePairs* result) const {
+    std::vector<std::vector<Ranked>> rankings;
+    std::vector<Sighting> sightings(views_.size());
+    std::vector<double> totals(candidates_.size(), 0.0);
+    for (const int32_t face : faces) {
+      rankings.push_back(RankFor(static_cast<size_t>(face), &sightings, result));
+      for (const Ranked& ranked : rankings.back()) {
+        totals[static_cast<size_t>(ranked.pair)] += ranked.score;
+      }
+    }
+    std::vector<Ranked> best;
+    for (size_t p = 0; p < totals.size(); ++p) {
+      if (totals[p] > 0) best.push_back({totals[p], static_cast<int>(p), 0});
+    }
+    KeepBest(static_cast<size_t>(result->per_face), &best);
+    for (size_t k = 0; k < faces.size(); ++k) {
+      Assign(static_cast<size_t>(faces[k]), best, &rankings[k], result);
+    }
+  }
+
+ private:
+  struct Ranked {
+    double score;
+    int pair;
+    double pixel_size;
+  };
+
+  static void KeepBest(size_t count, std::vector<Ranked>* ranked) {
+    std::sort(ranked->begin(), ranked->end(), [](const Ranked& a, const Ranked& b) {
+      return a.score != b.score ? a.score > b.score : a.pair < b.pair;
+    });
+    if (ranked->size() > count) ranked->resize(count);
+  }
+
+  Sighting Look(size_t v, const Eigen::Vector3d& center, const Eigen::Vector3d& normal_area) const {
+    Sighting sighting;
+    const LevelView& view = views_[v];
+    const Eigen::Vector3d x = view.cam_from_world * center;
+    if (x.z() <= 0) return sighting;
+    const CoarseView& coarse = coarse_[v];
+    const Eigen::Vector2d x_px = coarse.view.camera.Project(x);
+    if (!coarse.view.camera.Contains(x_px)) return sighting;
+    const Eigen::Vector3d n = view.cam_from_world.rotation * normal_area;
+    const double twice_area = n.norm();
+    sighting.cosine = -n.dot(x) / std::max(twice_area * x.norm(), 1e-300);
+    if (!(sighting.cosine > options_.min_cosine)) return sighting;
+    if (Hidden(coarse, x_px, x.z())) return sighting;
+    sighting.seen = true;
+    sighting.pixel_size = x.z() / view.camera.MeanFocalLength();
+    sighting.area_px = 0.5 * twice_area * sighting.cosine * x.norm() / x.z() /
+                       (sighting.pixel_size * sighting.pixel_size);
+    sighting.to_camera = -(view.cam_from_world.rotation.transpose() * x).normalized();
+    return sighting;
+  }
+
+  // Whether all coarse pixels around are nearer: the map is coarse, a face at an edge should not be
+  // lost.
+  bool Hidden(const CoarseView& coarse, const Eigen::Vector2d& x_px, double depth) const {
+    const int column = std::clamp(static_cast<int>(x_px.x() - 0.5), 0, coarse.depth.width - 2);
+    const int row = std::clamp(static_cast<int>(x_px.y() - 0.5), 0, coarse.depth.height - 2);
+    const double limit = depth * (1.0 - options_.depth_tolerance);
+    for (int k = 0; k < 4; ++k) {
+      const float z = coarse.depth(column + k % 2, row + k / 2);
+      if (z == 0 || z >= limit) return false;
+    }
+    return true;
+  }
+
+  double Score(const Sighting& a, const Sighting& b) const {
+    const double angle = std::acos(std::clamp(a.to_camera.dot(b.to_camera), -1.0, 1.0));
+    if (angle < options_.min_angle_deg * kRadiansPerDegree) return 0;
+    if (angle > options_.max_angle_deg * kRadiansPerDegree) return 0;
+    const double best = options_.best_angle_deg * kRadiansPerDegree;
+    const double parallax = std::min(angle / best, best / angle);
+    return parallax * std::sqrt(std::min(a.area_px, b.area_px)) * std::min(a.cosine, b.cosine);
+  }
+
+  // The pairs that see a face; notes its area.
+  std::vector<Ranked> RankFor(size_t face, std::vector<Sighting>* sightings,
+                              FacePairs* result) const {
+    const Eigen::Vector3i& f = mesh_.faces[face];
+    const Eigen::Vector3d center =
+        (mesh_.vertices[f[0]] + mesh_.vertices[f[1]] + mesh_.vertices[f[2]]) / 3.0;
+    const Eigen::Vector3d normal_area = FaceNormalTimesTwiceArea(mesh_, face);
+    for (size_t v = 0; v < views_.size(); ++v) (*sightings)[v] = Look(v, center, normal_area);
+    std::vector<Ranked> ranked;
+    double best_area = 0;
+    for (size_t p = 0; p < candidates_.size(); ++p) {
+      const Sighting& a = (*sightings)[static_cast<size_t>(candidates_[p].i)];
+      const Sighting& b = (*sightings)[static_cast<size_t>(candidates_[p].j)];
+      if (!a.seen || !b.seen) continue;
+      const double score = Score(a, b);
+      if (score <= 0) continue;
+      ranked.push_back({score, static_cast<int>(p), 0.5 * (a.pixel_size + b.pixel_size)});
+      best_area = std::max(best_area, std::min(a.area_px, b.area_px));
+    }
+    result->area_px[face] = static_cast<float>(best_area);
+    return ranked;
+  }
+
+  // Of `best`, those that are also in `own`; the best of `own` if there is none.
+  static void Assign(size_t face, const std::vector<Ranked>& best, std::vector<Ranked>* own,
+                     FacePairs* result) {
+    if (own->empty()) return;
+    int32_t* slots = &result->of_face[face * static_cast<size_t>(result->per_face)];
+    int count = 0;
+    double pixel_size = 0;
+    for (const Ranked& candidate : best) {
+      for (const Ranked& ranked : *own) {
+        if (ranked.pair != candidate.pair) continue;
+        slots[count++] = ranked.pair;
+        pixel_size += ranked.pixel_size;
+      }
+    }
+    if (count == 0) {
+      KeepBest(1, own);
+      slots[count++] = own->front().pair;
+      pixel_size = own->front().pixel_size;
+    }
+    result->pixel_size[face] = static_cast<float>(pixel_size / count);
+  }
+
+  const std::vector<LevelView>& views_;
+  const std::vector<ViewPair>& candidates_;
+  const TriangleMesh& mesh_;
+  const PairSelectionOptions& options_;
+  std::vector<CoarseView> coarse_;
+};
+
+}  // namespace
+
+FacePairs SelectFacePairs(const std::vector<LevelView>& views,
+                          const std::vector<ViewPair>& candidates, const TriangleMesh& mesh,
+                          const FaceRegions& regions, const PairSelectionOptions& options,
+                          const RunContext& context) {
+  FacePairs result;
+  result.pairs = candidates;
+  result.per_face = options.max_pairs_per_face;
+  result.of_face.assign(mesh.faces.size() * static_cast<size_t>(result.per_face), -1);
+  result.pixel_size.assign(mesh.faces.size(), 0.0f);
+  result.area_px.assign(mesh.faces.size(), 0.0f);
+  std::vector<std::vector<int32_t>> faces(static_cast<size_t>(regions.count));
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    faces[static_cast<size_t>(regions.of_face[f])].push_back(static_cast<int32_t>(f));
+  }
+  Selector selector(views, candidates, mesh, options);
+  selector.DrawDepths(context);
+  ParallelFor(context, faces.size(), kRegionsPerBlock,
+              [&](size_t region) { selector.SelectFor(faces[region], &result); });
+  return result;
+}
+
+}  // namespace lsmvs

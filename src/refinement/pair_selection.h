@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lsmvs/mesh/triangle_mesh.h"
+#include "lsmvs/refinement/face_regions.h"
+#include "lsmvs/refinement/surface_warp.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+// Ordered pair of views (i, j): j is compared with i in the pixels of i.
+struct ViewPair {
+  int i = -1, j = -1;
+};
+
+struct PairSelectionOptions {
+  int max_pairs_per_face = 6;
+  double min_angle_deg = 2.0;
+  double max_angle_deg = 50.0;
+  double best_angle_deg = 15.0;
+  double depth_tolerance = 0.01;
+  // Views that see a face at a steeper angle than this do not judge it.
+  double min_cosine = 0.2;
+};
+
+// Which pairs judge which face.
+struct FacePairs {
+  std::vector<ViewPair> pairs;  // candidates, sorted by i
+  int per_face = 0;
+  // #F * per_face: positions in `pairs`, best first, -1 where there are fewer.
+  std::vector<int32_t> of_face;
+  // #F: length in the world of one pixel on the face, mean over the views of its pairs; 0 where no
+  // pair sees it.
+  std::vector<float> pixel_size;
+  // #F: square pixels of the face in the best of its pairs: of the pair's two views the smaller. 0
+  // where no pair sees it.
+  std::vector<float> area_px;
+
+  bool Seen(size_t face) const { return of_face[face * static_cast<size_t>(per_face)] >= 0; }
+};
+
+// Chooses pairs region by region, so that what a pair judges is connected and can be worked on in
+// tiles. The pairs of a region are those with the largest sum over its faces of parallax *
+// resolution * cosine, over the faces that both views see (judged by depth maps at a quarter of the
+// views' resolution). A face takes those of its region's pairs that see it, or else the best that
+// does. Deterministic. O(#F * views + visible pairs); a depth map of 1/16 of the pixels a view.
+FacePairs SelectFacePairs(const std::vector<LevelView>& views,
+                          const std::vector<ViewPair>& candidates, const TriangleMesh& mesh,
+                          const FaceRegions& regions, const PairSelectionOptions& options,
+                          const RunContext& context);
+
+}  // namespace lsmvs

@@ -1,0 +1,387 @@
+#include "lsmvs/refinement/photo_energy.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <numeric>
+
+#include "lsmvs/refinement/ordered_merge.h"
+#include "lsmvs/refinement/surface_map_cache.h"
+
+namespace lsmvs {
+
+namespace {
+
+constexpr int kTileSize = 128;
+
+struct Rectangle {
+  int left = 0, top = 0, right = 0, bottom = 0;  // right and bottom exclusive
+  bool Empty() const { return right <= left || bottom <= top; }
+  int Width() const { return right - left; }
+  int Height() const { return bottom - top; }
+};
+
+Rectangle Grown(const Rectangle& r, int by, const PinholeCamera& camera) {
+  return {std::max(0, r.left - by), std::max(0, r.top - by), std::min(camera.width, r.right + by),
+          std::min(camera.height, r.bottom + by)};
+}
+
+Rectangle Intersection(const Rectangle& a, const Rectangle& b) {
+  return {std::max(a.left, b.left), std::max(a.top, b.top), std::min(a.right, b.right),
+          std::min(a.bottom, b.bottom)};
+}
+
+// Sums over the pixels of one face in one view. With p(y) a quantity per pixel, d its depth and r
+// its ray (z = 1), the moments sum p d^k r are what the derivatives by the face's three vertices
+// need.
+struct FaceSums {
+  Eigen::Vector3d slope = Eigen::Vector3d::Zero();      // of dE/dd d^2 r
+  Eigen::Vector3d curvature = Eigen::Vector3d::Zero();  // of d2E/dd2 d^3 r
+  double error = 0, mass = 0;
+};
+
+// What one view adds, for the faces that it judges in ascending order.
+struct ViewContribution {
+  struct Corner {
+    double gradient, curvature;
+  };
+  std::vector<int32_t> faces;
+  std::vector<std::array<Corner, 3>> corners;  // as faces, or empty
+  std::vector<float> error, mass;
+};
+
+// Works through the pairs of one reference view.
+class ViewEvaluator {
+ public:
+  ViewEvaluator(const ImageStore& images, const std::vector<LevelView>& views,
+                const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& directions,
+                const FacePairs& pairs, const std::vector<uint8_t>& active,
+                const PhotoEnergyOptions& options, SurfaceMapCache* cache)
+      : images_(images),
+        views_(views),
+        mesh_(mesh),
+        directions_(directions),
+        pairs_(pairs),
+        active_(active),
+        options_(options),
+        cache_(*cache) {}
+
+  ViewContribution Evaluate(int view_idx) {
+    view_idx_ = view_idx;
+    const auto first = std::lower_bound(pairs_.pairs.begin(), pairs_.pairs.end(), view_idx,
+                                        [](const ViewPair& p, int v) { return p.i < v; });
+    first_pair_ = static_cast<int>(first - pairs_.pairs.begin());
+    num_slots_ = 0;
+    while (first_pair_ + num_slots_ < static_cast<int>(pairs_.pairs.size()) &&
+           pairs_.pairs[static_cast<size_t>(first_pair_ + num_slots_)].i == view_idx) {
+      ++num_slots_;
+    }
+    if (num_slots_ == 0) return {};
+    maps_ = cache_.Get(view_idx);
+    if (!FindFaces()) return {};
+    gray_ = images_.Gray(view_idx, options_.level);
+    mask_ = images_.Mask(view_idx, options_.level);
+    sums_.assign(faces_.size(), FaceSums());
+    LoadNeighbors();
+    const PinholeCamera& camera = View().camera;
+    for (int top = 0; top < camera.height; top += kTileSize) {
+      for (int left = 0; left < camera.width; left += kTileSize) {
+        EvaluateTile({left, top, std::min(left + kTileSize, camera.width),
+                      std::min(top + kTileSize, camera.height)});
+      }
+    }
+    return Collect();
+  }
+
+ private:
+  // What a pair needs of its other view.
+  struct Slot {
+    std::shared_ptr<const SurfaceMaps> maps;
+    std::shared_ptr<const GrayImage> gray;
+    PairGeometry geometry;
+    Rectangle judged;  // bounding box of the pixels near the present tile that the pair judges
+  };
+
+  // Lists the active faces that this view shows, with the pairs that judge each; false if none
+  // does. A face that no pair judges may still lie in the windows of its neighbours.
+  bool FindFaces() {
+    local_.assign(mesh_.faces.size(), -1);
+    for (const int32_t face : maps_->face.pixels) {
+      if (face >= 0) local_[static_cast<size_t>(face)] = 0;
+    }
+    faces_.clear();
+    slots_.clear();
+    used_slots_ = 0;
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      if (local_[f] < 0) continue;
+      local_[f] = -1;
+      if (!active_.empty() && !active_[f]) continue;
+      local_[f] = static_cast<int32_t>(faces_.size());
+      faces_.push_back(static_cast<int32_t>(f));
+      slots_.push_back(SlotsOf(f));
+      used_slots_ |= slots_.back();
+    }
+    return used_slots_ != 0;
+  }
+
+  uint32_t SlotsOf(size_t face) const {
+    const size_t per_face = static_cast<size_t>(pairs_.per_face);
+    uint32_t slots = 0;
+    for (size_t k = 0; k < per_face; ++k) {
+      const int slot = pairs_.of_face[face * per_face + k] - first_pair_;
+      if (slot >= 0 && slot < num_slots_) slots |= uint32_t{1} << slot;
+    }
+    return slots;
+  }
+
+  void LoadNeighbors() {
+    neighbors_.assign(static_cast<size_t>(num_slots_), Slot());
+    for (int slot = 0; slot < num_slots_; ++slot) {
+      if (!(used_slots_ >> slot & 1)) continue;
+      const int j = pairs_.pairs[static_cast<size_t>(first_pair_ + slot)].j;
+      neighbors_[static_cast<size_t>(slot)] = {
+          cache_.Get(j), images_.Gray(j, options_.level),
+          MakePairGeometry(View(), views_[static_cast<size_t>(j)]), Rectangle()};
+    }
+  }
+
+  void EvaluateTile(const Rectangle& tile) {
+    const PinholeCamera& camera = View().camera;
+    const int radius = options_.correlation.radius;
+    // Pixels of the tile lie in windows of judged pixels up to a radius away, which reach a radius
+    // further.
+    FindJudgedParts(Grown(tile, radius, camera));
+    const size_t size = static_cast<size_t>(tile.Width()) * static_cast<size_t>(tile.Height());
+    for (auto* plane : {&error_, &mass_, &slope_, &curvature_}) plane->assign(size, 0.0f);
+    bool any = false;
+    for (int slot = 0; slot < num_slots_; ++slot) {
+      const Rectangle& judged = neighbors_[static_cast<size_t>(slot)].judged;
+      if (judged.Empty()) continue;
+      any = true;
+      const Rectangle part = Intersection(Grown(judged, radius, camera), tile);
+      const Rectangle area = Grown(part, 2 * radius, camera);
+      FillTile(area, slot);
+      CorrelateWindows(options_.correlation, &scratch_, &tile_);
+      AddPlanes(tile, part, area);
+    }
+    if (any) AddToFaces(tile);
+  }
+
+  // Bounding box of the pixels that each pair judges.
+  void FindJudgedParts(const Rectangle& tile) {
+    for (Slot& slot : neighbors_) slot.judged = {tile.right, tile.bottom, tile.left, tile.top};
+    for (int row = tile.top; row < tile.bottom; ++row) {
+      const int32_t* face = maps_->face.Row(row);
+      for (int begin = tile.left, end = begin; begin < tile.right; begin = end) {
+        while (end < tile.right && face[end] == face[begin]) ++end;
+        uint32_t slots = SlotsAt(face[begin]);
+        for (; slots != 0; slots &= slots - 1) {
+          Rectangle& part = neighbors_[static_cast<size_t>(std::countr_zero(slots))].judged;
+          part = {std::min(part.left, begin), std::min(part.top, row), std::max(part.right, end),
+                  row + 1};
+        }
+      }
+    }
+  }
+
+  uint32_t SlotsAt(int32_t face) const {
+    if (face < 0) return 0;
+    const int32_t local = local_[static_cast<size_t>(face)];
+    return local < 0 ? 0 : slots_[static_cast<size_t>(local)];
+  }
+
+  void FillTile(const Rectangle& area, int slot) {
+    const Slot& neighbor = neighbors_[static_cast<size_t>(slot)];
+    tile_.Resize(area.Width(), area.Height());
+    by_depth_.resize(std::max(by_depth_.size(), tile_.warped.size()));
+    const float tolerance = static_cast<float>(options_.depth_tolerance);
+    for (int row = area.top; row < area.bottom; ++row) {
+      const size_t start = static_cast<size_t>(row - area.top) * static_cast<size_t>(area.Width());
+      const float* gray = gray_->Row(row) + area.left;
+      std::copy(gray, gray + area.Width(), &tile_.reference[start]);
+      WarpRow(neighbor.geometry, *neighbor.gray, neighbor.maps->depth, tolerance, row, area.left,
+              area.Width(), maps_->depth.Row(row) + area.left,
+              {&tile_.warped[start], &by_depth_[start], &tile_.valid[start]});
+      FillWeights(maps_->face.Row(row) + area.left, area.Width(), slot, &tile_.weight[start]);
+      if (mask_) ApplyMask(row, area, start);
+    }
+  }
+
+  void FillWeights(const int32_t* face, int count, int slot, float* weights) const {
+    for (int begin = 0, end = 0; begin < count; begin = end) {
+      while (end < count && face[end] == face[begin]) ++end;
+      const float weight = (SlotsAt(face[begin]) >> slot & 1) != 0 ? 1.0f : 0.0f;
+      std::fill(weights + begin, weights + end, weight);
+    }
+  }
+
+  void ApplyMask(int row, const Rectangle& area, size_t start) {
+    const uint8_t* mask = mask_->Row(row) + area.left;
+    for (int x = 0; x < area.Width(); ++x) {
+      if (mask[x] == 0) tile_.valid[start + static_cast<size_t>(x)] = 0.0f;
+    }
+  }
+
+  // Adds the results of a pair, which lie in `area`, on its `part` of the tile.
+  void AddPlanes(const Rectangle& tile, const Rectangle& part, const Rectangle& area) {
+    for (int row = part.top; row < part.bottom; ++row) {
+      const size_t to = static_cast<size_t>(row - tile.top) * static_cast<size_t>(tile.Width()) +
+                        static_cast<size_t>(part.left - tile.left);
+      const size_t from = static_cast<size_t>(row - area.top) * static_cast<size_t>(area.Width()) +
+                          static_cast<size_t>(part.left - area.left);
+      const size_t count = static_cast<size_t>(part.Width());
+      for (size_t x = 0; x < count; ++x) error_[to + x] += tile_.error[from + x];
+      for (size_t x = 0; x < count; ++x) mass_[to + x] += tile_.mass[from + x];
+      for (size_t x = 0; x < count; ++x) {
+        const float by_depth = by_depth_[from + x];
+        slope_[to + x] += tile_.derivative[from + x] * by_depth;
+        curvature_[to + x] += tile_.curvature[from + x] * by_depth * by_depth;
+      }
+    }
+  }
+
+  void AddToFaces(const Rectangle& tile) {
+    for (int row = tile.top; row < tile.bottom; ++row) {
+      const int32_t* face = maps_->face.Row(row);
+      for (int begin = tile.left, end = begin; begin < tile.right; begin = end) {
+        while (end < tile.right && face[end] == face[begin]) ++end;
+        if (face[begin] < 0) continue;
+        const int32_t local = local_[static_cast<size_t>(face[begin])];
+        if (local >= 0) AddRun(tile, row, begin, end, &sums_[static_cast<size_t>(local)]);
+      }
+    }
+  }
+
+  void AddRun(const Rectangle& tile, int row, int begin, int end, FaceSums* sums) const {
+    const PinholeCamera& camera = View().camera;
+    const double ray_y = (row + 0.5 - camera.cy) / camera.fy, step = 1.0 / camera.fx;
+    const float* depth = maps_->depth.Row(row);
+    const size_t start = static_cast<size_t>(row - tile.top) * static_cast<size_t>(tile.Width());
+    double error = 0, mass = 0, slope = 0, slope_x = 0, curvature = 0, curvature_x = 0;
+    for (int column = begin; column < end; ++column) {
+      const size_t at = start + static_cast<size_t>(column - tile.left);
+      error += error_[at];
+      mass += mass_[at];
+      const double d = depth[column], ray_x = (column + 0.5 - camera.cx) * step;
+      const double p = slope_[at] * d * d, q = curvature_[at] * d * d * d;
+      slope += p;
+      slope_x += p * ray_x;
+      curvature += q;
+      curvature_x += q * ray_x;
+    }
+    sums->error += error;
+    sums->mass += mass;
+    sums->slope += Eigen::Vector3d(slope_x, slope * ray_y, slope);
+    sums->curvature += Eigen::Vector3d(curvature_x, curvature * ray_y, curvature);
+  }
+
+  ViewContribution Collect() {
+    ViewContribution result;
+    result.faces = faces_;
+    result.error.reserve(faces_.size());
+    for (const FaceSums& sums : sums_) {
+      result.error.push_back(static_cast<float>(sums.error));
+      result.mass.push_back(static_cast<float>(sums.mass));
+    }
+    if (directions_.empty()) return result;
+    result.corners.reserve(faces_.size());
+    for (size_t k = 0; k < faces_.size(); ++k) result.corners.push_back(Differentiate(k));
+    return result;
+  }
+
+  // A vertex displaced by t along u moves the surface along the ray of a pixel by d * lambda * (m .
+  // u) t, where lambda is the vertex' barycentric coordinate there and m the face's plane, m . x
+  // = 1. lambda = d * (P^-1 r) with P the vertices as columns.
+  std::array<ViewContribution::Corner, 3> Differentiate(size_t k) const {
+    std::array<ViewContribution::Corner, 3> corners{};
+    const FaceSums& sums = sums_[k];
+    if (sums.curvature.z() == 0) return corners;
+    const Eigen::Vector3i& face = mesh_.faces[static_cast<size_t>(faces_[k])];
+    const Rigid3& pose = View().cam_from_world;
+    Eigen::Matrix3d p;
+    for (int c = 0; c < 3; ++c) p.col(c) = pose * mesh_.vertices[face[c]];
+    const Eigen::Matrix3d inverse = p.inverse();
+    if (!inverse.allFinite()) return corners;
+    const Eigen::Vector3d plane = inverse.colwise().sum();
+    const Eigen::Vector3d slopes = inverse * sums.slope, curvatures = inverse * sums.curvature;
+    for (int c = 0; c < 3; ++c) {
+      const double along = plane.dot(pose.rotation * directions_[static_cast<size_t>(face[c])]);
+      corners[static_cast<size_t>(c)] = {along * slopes[c],
+                                         along * along * std::max(curvatures[c], 0.0)};
+    }
+    return corners;
+  }
+
+  const LevelView& View() const { return views_[static_cast<size_t>(view_idx_)]; }
+
+  const ImageStore& images_;
+  const std::vector<LevelView>& views_;
+  const TriangleMesh& mesh_;
+  const std::vector<Eigen::Vector3d>& directions_;
+  const FacePairs& pairs_;
+  const std::vector<uint8_t>& active_;
+  const PhotoEnergyOptions& options_;
+  SurfaceMapCache& cache_;
+
+  int view_idx_ = 0, first_pair_ = 0, num_slots_ = 0;
+  uint32_t used_slots_ = 0;
+  std::vector<int32_t> local_;   // #F: position in faces_, or -1
+  std::vector<int32_t> faces_;   // faces that this view judges
+  std::vector<uint32_t> slots_;  // as faces_: bit s is set if pair first_pair_ + s judges it
+  std::vector<FaceSums> sums_;   // as faces_
+  std::shared_ptr<const SurfaceMaps> maps_;
+  std::shared_ptr<const GrayImage> gray_;
+  std::shared_ptr<const ByteImage> mask_;
+  std::vector<Slot> neighbors_;
+  CorrelationTile tile_;  // of one pair
+  CorrelationScratch scratch_;
+  std::vector<float>
+      by_depth_;  // as the planes of tile_: derivative of the warped grey value by depth
+  // Sums over the pairs in the present tile: of error, mass, and of the error's derivatives by
+  // depth.
+  std::vector<float> error_, mass_, slope_, curvature_;
+};
+
+void Add(const TriangleMesh& mesh, const ViewContribution& view, PhotoTerms* terms) {
+  for (size_t k = 0; k < view.faces.size(); ++k) {
+    const size_t f = static_cast<size_t>(view.faces[k]);
+    terms->error[f] += view.error[k];
+    terms->mass[f] += view.mass[k];
+    if (view.corners.empty()) continue;
+    for (size_t c = 0; c < 3; ++c) {
+      const size_t v = static_cast<size_t>(mesh.faces[f][static_cast<int>(c)]);
+      terms->gradient[v] += view.corners[k][c].gradient;
+      terms->curvature[v] += view.corners[k][c].curvature;
+    }
+  }
+}
+
+}  // namespace
+
+double PhotoTerms::TotalError() const { return std::accumulate(error.begin(), error.end(), 0.0); }
+double PhotoTerms::TotalMass() const { return std::accumulate(mass.begin(), mass.end(), 0.0); }
+
+PhotoTerms EvaluatePhotoTerms(const ImageStore& images, const std::vector<LevelView>& views,
+                              const TriangleMesh& mesh,
+                              const std::vector<Eigen::Vector3d>& directions,
+                              const FacePairs& pairs, const std::vector<uint8_t>& active,
+                              const PhotoEnergyOptions& options, const RunContext& context) {
+  PhotoTerms terms;
+  terms.error.assign(mesh.faces.size(), 0.0f);
+  terms.mass.assign(mesh.faces.size(), 0.0f);
+  if (!directions.empty()) {
+    terms.gradient.assign(mesh.vertices.size(), 0.0);
+    terms.curvature.assign(mesh.vertices.size(), 0.0);
+  }
+  SurfaceMapCache cache(&views, mesh.vertices, mesh.faces, options.map_budget_bytes);
+  OrderedMerge<ViewContribution> merge(
+      [&](size_t, ViewContribution&& view) { Add(mesh, view, &terms); });
+  ParallelFor(context, views.size(), 1, [&](size_t v) {
+    ViewEvaluator evaluator(images, views, mesh, directions, pairs, active, options, &cache);
+    merge.Add(v, evaluator.Evaluate(static_cast<int>(v)));
+  });
+  return terms;
+}
+
+}  // namespace lsmvs

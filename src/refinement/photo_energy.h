@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "lsmvs/image/image_store.h"
+#include "lsmvs/mesh/triangle_mesh.h"
+#include "lsmvs/refinement/pair_selection.h"
+#include "lsmvs/refinement/surface_warp.h"
+#include "lsmvs/refinement/window_correlation.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+struct PhotoEnergyOptions {
+  CorrelationOptions correlation;
+  double depth_tolerance = 0.01;
+  int level = 0;                              // of the image store
+  size_t map_budget_bytes = size_t{1} << 30;  // for depth and face maps
+};
+
+// Photo-consistency of a mesh and how it changes when vertices move along given directions.
+struct PhotoTerms {
+  // #V: derivative of the total error by the displacement of the vertex along its direction, in 1 /
+  // world unit.
+  std::vector<double> gradient;
+  // #V: row sums of the Gauss-Newton matrix of the total error, in 1 / world unit^2; >= 0.
+  std::vector<double> curvature;
+  // #F: sum of 1 - ZNCC over the pixels of the face in all its pairs, and the number of those
+  // pixels.
+  std::vector<float> error, mass;
+
+  double TotalError() const;
+  double TotalMass() const;
+};
+
+// Sum over the faces' pairs (i, j), over the pixels of i that show the face, of 1 - ZNCC(i, j
+// through the surface), for faces with `active[f]` != 0 (empty: all). `directions` (#V, unit
+// length) say which displacements to differentiate by; if empty, gradient and curvature are left
+// out. The gradient is exact up to the change of what is visible. Deterministic: views are worked
+// on in parallel and added up in their order.
+PhotoTerms EvaluatePhotoTerms(const ImageStore& images, const std::vector<LevelView>& views,
+                              const TriangleMesh& mesh,
+                              const std::vector<Eigen::Vector3d>& directions,
+                              const FacePairs& pairs, const std::vector<uint8_t>& active,
+                              const PhotoEnergyOptions& options, const RunContext& context);
+
+}  // namespace lsmvs

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <vector>
+
+namespace lsmvs {
+
+// Planes of a rectangle of pixels, row by row without padding: element (column, row) is plane[row *
+// width + column].
+struct CorrelationTile {
+  int width = 0, height = 0;
+  // Inputs.
+  std::vector<float> reference;  // grey values of the reference view
+  std::vector<float> warped;     // grey values of the other view, brought here through the surface;
+                                 // any where not valid
+  std::vector<float> valid;      // 1 where both views see the surface, else 0
+  std::vector<float> weight;     // of the window centred here; 0: not judged
+  // Outputs.
+  std::vector<float> error;  // weight * (1 - ZNCC); 0 where the window has too few valid pixels
+  std::vector<float> mass;   // weight of the window, 0 where it has too few valid pixels
+  std::vector<float> derivative;  // of the sum of all errors with respect to `warped`
+  std::vector<float> curvature;   // diagonal of its Gauss-Newton matrix, >= 0
+
+  // Keeps memory that is large enough; contents are undefined afterwards.
+  void Resize(int tile_width, int tile_height);
+};
+
+struct CorrelationOptions {
+  int radius = 3;                   // windows are squares of 2 * radius + 1 pixels
+  float noise_variance = 4;         // added to the variance of both windows
+  float min_valid_fraction = 0.5f;  // of a full window's pixels, else the window is not judged
+};
+
+// Rows that CorrelateWindows keeps; reuse it between calls.
+struct CorrelationScratch {
+  std::vector<float> rows;
+};
+
+// Zero-mean normalised cross-correlation of every window of a tile with its derivative:
+//   ZNCC = cov(a, b) / sqrt((var a + noise) (var b + noise)),
+// statistics over the valid pixels of the window only. Windows reach to the border of the tile;
+// pixels beyond count as not valid. With h = 1 - ZNCC of the window around x and n its valid
+// pixels,
+//   dh/db(y) = -((a(y) - mean a) / (n sqrt(..)) - ZNCC (b(y) - mean b) / (n (var b + noise))),
+// whose sum over the windows that hold y is three box filters. Errors and derivatives are exact for
+// windows inside the tile. About 2 (2 radius + 1) * 10 additions a pixel, vectorised over columns
+// for the instruction set at hand.
+void CorrelateWindows(const CorrelationOptions& options, CorrelationScratch* scratch,
+                      CorrelationTile* tile);
+
+}  // namespace lsmvs
