@@ -93,10 +93,11 @@ std::shared_ptr<ColorImage> LoadColors(const ImageSource& source, const PinholeC
 }
 
 std::shared_ptr<ByteImage> LoadMask(const ImageSource& source, const PinholeCamera& camera) {
-  cv::Mat mask = DecodeOfSize(source.mask_path, cv::IMREAD_GRAYSCALE, source.camera);
-  mask = (mask > 0);
-  cv::Mat reduced = ResizeTo(mask, camera);
-  reduced = (reduced == 255);
+  const cv::Mat mask = DecodeOfSize(source.mask_path, cv::IMREAD_GRAYSCALE, source.camera);
+  // As float: 8 bits would round one ignored pixel of many away.
+  cv::Mat ignored;
+  cv::Mat(mask == 0).convertTo(ignored, CV_32F);
+  const cv::Mat reduced = ResizeTo(ignored, camera) == 0;
   return ToRaster<uint8_t>(reduced);
 }
 

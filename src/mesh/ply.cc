@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include "lsmvs/util/atomic_file.h"
@@ -145,6 +146,7 @@ struct PlyReader::Input {
       text[length++] = buffer[next++];
     }
     if (length == 0) Fail("ends too early");
+    if (length == sizeof text) Fail("has a number that does not end");
     double value = 0;
     const char* begin = text[0] == '+' ? text + 1 : text;
     const auto [last, error] = std::from_chars(begin, text + length, value);
@@ -263,6 +265,10 @@ void PlyReader::Read(const std::map<std::string, Visitor>& visitors) {
   Row row;
   for (const PlyElement& element : elements_) {
     const auto visitor = visitors.find(element.name);
+    // Rows without properties take no bytes: a file could claim any number of them.
+    if (element.properties.empty() && element.count > 0) {
+      input_->Fail("has the element '" + element.name + "' without properties");
+    }
     for (row.index = 0; row.index < element.count; ++row.index) {
       row.values.clear();
       row.first.assign(1, 0);
@@ -302,18 +308,28 @@ struct Triple {
 
 uint8_t ToByte(double value) { return static_cast<uint8_t>(std::clamp(value, 0.0, 255.0)); }
 
+// Adds the triangles of a polygon. Indices are checked later: faces may come before the vertices.
 void AddFan(const std::string& path, const PlyReader::Row& row, int property, TriangleMesh* mesh) {
   const size_t begin = row.first[property], end = row.first[property + 1];
-  const double num_vertices = static_cast<double>(mesh->vertices.size());
   for (size_t i = begin; i < end; ++i) {
-    if (!(row.values[i] >= 0 && row.values[i] < num_vertices)) {
-      throw InputError(path, fmt::format("face {} names a vertex that is not there", row.index),
-                       kRemedy);
+    if (!(row.values[i] >= 0 && row.values[i] <= std::numeric_limits<int>::max())) {
+      throw InputError(path, fmt::format("face {} has an impossible index", row.index), kRemedy);
     }
   }
   const auto index = [&](size_t i) { return static_cast<int>(row.values[i]); };
   for (size_t i = begin + 2; i < end; ++i) {
     mesh->faces.emplace_back(index(begin), index(i - 1), index(i));
+  }
+}
+
+void CheckIndices(const std::string& path, const TriangleMesh& mesh) {
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (static_cast<size_t>(mesh.faces[f].maxCoeff()) >= mesh.vertices.size()) {
+      throw InputError(path,
+                       fmt::format("triangle {} names vertex {}, but there are {}", f,
+                                   mesh.faces[f].maxCoeff(), mesh.vertices.size()),
+                       kRemedy);
+    }
   }
 }
 
@@ -353,6 +369,7 @@ TriangleMesh ReadMeshPly(const std::filesystem::path& path, const Eigen::Vector3
     };
   }
   reader.Read(visitors);
+  CheckIndices(path.string(), mesh);
   return mesh;
 }
 

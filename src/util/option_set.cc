@@ -33,7 +33,9 @@ template <class T>
 std::string Violation(const std::string& name, const T& value, const Range<T>& range) {
   // The negation is true for NaN as well.
   if (value >= range.min && value <= range.max) return "";
-  return fmt::format("--{} is {}, but must be {}", name, value, BoundsText(range));
+  const std::string bounds = BoundsText(range);
+  return fmt::format("--{} is {}, but must be {}", name, value,
+                     bounds.empty() ? "a finite number" : bounds);
 }
 
 template <class T>

@@ -1,0 +1,181 @@
+#include "lsmvs/scene/view_selection.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "lsmvs/geometry/triangulation.h"
+#include "lsmvs/synthetic/cameras.h"
+#include "lsmvs/synthetic/sampled_cloud.h"
+#include "lsmvs/synthetic/synthetic_scene.h"
+
+namespace lsmvs {
+namespace {
+
+// Cameras on a circle around a sphere, `step_deg` apart.
+Scene RingScene(int count, double sweep_deg, double distance_of_last = 1.0) {
+  const SyntheticScene s = MakeScene(ShapeName::kSphere, 2, 320, 240);
+  Scene scene;
+  auto centers = RingCenters({0, 0, 0}, 4.0, 1.0, count, 0, sweep_deg);
+  centers.back() *= distance_of_last;
+  for (const Eigen::Vector3d& center : centers) {
+    scene.views.push_back(
+        MakeView(scene.num_views(), MakeCamera(320, 240), LookAt(center, {0, 0, 0})));
+  }
+  scene.points = SampleSparsePoints(*s.shape, scene, 1500, 0.0, 1, RunContext());
+  return scene;
+}
+
+std::vector<int> ViewsOf(const std::vector<Neighbor>& neighbors) {
+  std::vector<int> views;
+  for (const Neighbor& n : neighbors) views.push_back(n.view_idx);
+  return views;
+}
+
+TEST(SelectNeighbors, PrefersTheAngleAskedFor) {
+  const Scene scene = RingScene(19, 90.0);  // 5 degrees apart, with reserve at both ends
+  ViewSelectionOptions options;
+  for (const int best : {5, 10, 20}) {
+    options.best_triangulation_angle_deg = best;
+    const auto neighbors = SelectNeighbors(scene, options);
+    // Angles at the surface are larger than at the sphere's middle: by 4 / 3 where it is nearest.
+    const double angle = neighbors[9][0].median_angle_deg;
+    EXPECT_GT(angle, 0.7 * best);
+    EXPECT_LT(angle, 1.5 * best);
+  }
+}
+
+TEST(SelectNeighbors, CountsSharedPointsAndTheirMedianAngle) {
+  const Scene scene = RingScene(8, 360.0);
+  ViewSelectionOptions options;
+  options.max_triangulation_angle_deg = 180;
+  const auto all = SelectNeighbors(scene, options);
+  for (int v = 0; v < scene.num_views(); ++v) {
+    for (const Neighbor& n : all[v]) {
+      std::vector<double> angles;
+      for (const SparsePoint& point : scene.points) {
+        const auto& views = point.view_idxs;
+        if (std::count(views.begin(), views.end(), v) == 0) continue;
+        if (std::count(views.begin(), views.end(), n.view_idx) == 0) continue;
+        angles.push_back(TriangulationAngle(scene.views[v].CenterInWorld(),
+                                            scene.views[n.view_idx].CenterInWorld(),
+                                            point.x_in_world) *
+                         180 / std::numbers::pi);
+      }
+      std::sort(angles.begin(), angles.end());
+      EXPECT_EQ(n.num_shared_points, static_cast<int>(angles.size()));
+      EXPECT_NEAR(n.median_angle_deg, angles[angles.size() / 2], 1e-3);
+    }
+  }
+}
+
+TEST(SelectNeighbors, ScoresAreSortedAndLimited) {
+  const Scene scene = RingScene(16, 360.0);
+  ViewSelectionOptions options;
+  options.max_num_neighbors = 3;
+  for (const auto& neighbors : SelectNeighbors(scene, options)) {
+    EXPECT_EQ(neighbors.size(), 3u);
+    EXPECT_TRUE(std::is_sorted(neighbors.begin(), neighbors.end(),
+                               [](const auto& a, const auto& b) { return a.score > b.score; }));
+  }
+}
+
+TEST(SelectNeighbors, KeepsToTheAngleLimits) {
+  const Scene scene = RingScene(12, 110.0);
+  ViewSelectionOptions options;
+  options.max_num_neighbors = 50;
+  options.min_triangulation_angle_deg = 15;
+  options.max_triangulation_angle_deg = 40;
+  int count = 0;
+  for (const auto& neighbors : SelectNeighbors(scene, options)) {
+    for (const Neighbor& n : neighbors) {
+      EXPECT_GE(n.median_angle_deg, 15);
+      EXPECT_LE(n.median_angle_deg, 40);
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 12);
+}
+
+TEST(SelectNeighbors, OtherScaleScoresLess) {
+  // Views 0 and 2 stand 12 degrees to both sides of view 1; view 2 three times as far away.
+  const Scene scene = RingScene(3, 24.0, 3.0);
+  const auto neighbors = SelectNeighbors(scene, ViewSelectionOptions());
+  EXPECT_EQ(ViewsOf(neighbors[1]), (std::vector<int>{0, 2}));
+  EXPECT_LT(neighbors[1][1].score, 0.6 * neighbors[1][0].score);
+}
+
+TEST(SelectNeighbors, TooFewSharedPointsAreNotTrusted) {
+  Scene scene = RingScene(4, 40.0);
+  scene.points.resize(4);
+  for (SparsePoint& point : scene.points) point.view_idxs = {0, 1, 2, 3};
+  for (const auto& neighbors : SelectNeighbors(scene, {})) EXPECT_TRUE(neighbors.empty());
+  ViewSelectionOptions lenient;
+  lenient.min_num_shared_points = 4;
+  EXPECT_FALSE(SelectNeighbors(scene, lenient)[0].empty());
+}
+
+TEST(SelectNeighbors, WithoutTracksTheNearestViewsThatLookTheSameWay) {
+  Scene scene = RingScene(12, 360.0);  // 30 degrees apart
+  scene.points.clear();
+  const auto neighbors = SelectNeighbors(scene, ViewSelectionOptions());
+  for (int v = 0; v < 12; ++v) {
+    std::vector<int> views = ViewsOf(neighbors[v]);
+    std::sort(views.begin(), views.end());
+    std::vector<int> expected = {(v + 1) % 12, (v + 11) % 12};
+    std::sort(expected.begin(), expected.end());
+    EXPECT_EQ(views, expected);
+  }
+}
+
+TEST(SelectNeighbors, IsInvariantToScaleRotationAndTranslation) {
+  const Scene scene = RingScene(10, 200.0);
+  const Eigen::Quaterniond turn(0.3, 0.5, -0.2, 0.9);
+  const Rigid3 moved_from_world(turn, Eigen::Vector3d(100, -50, 7));
+  constexpr double kScale = 37.0;
+  Scene other = scene;
+  for (SparsePoint& point : other.points) {
+    point.x_in_world = moved_from_world * (kScale * point.x_in_world);
+  }
+  for (View& view : other.views) {
+    view.cam_from_world.translation *= kScale;
+    view.cam_from_world = view.cam_from_world * moved_from_world.Inverse();
+  }
+  const auto expected = SelectNeighbors(scene, ViewSelectionOptions());
+  const auto found = SelectNeighbors(other, ViewSelectionOptions());
+  for (size_t v = 0; v < expected.size(); ++v) {
+    ASSERT_EQ(ViewsOf(found[v]), ViewsOf(expected[v]));
+    for (size_t i = 0; i < expected[v].size(); ++i) {
+      EXPECT_NEAR(found[v][i].score / expected[v][i].score, 1.0, 1e-6);
+    }
+  }
+}
+
+TEST(SelectNeighbors, EmptyScenesAndLonelyViews) {
+  EXPECT_TRUE(SelectNeighbors(Scene(), ViewSelectionOptions()).empty());
+  Scene one = RingScene(4, 40.0);
+  one.views.resize(1);
+  one.points.clear();
+  EXPECT_TRUE(SelectNeighbors(one, ViewSelectionOptions())[0].empty());
+}
+
+TEST(ViewSelectionOptions, DefaultsAreValidAndEachBoundIsKept) {
+  std::string error;
+  EXPECT_TRUE(ViewSelectionOptions().Check(&error)) << error;
+  const auto refuses = [&](auto&& change, const std::string& name) {
+    ViewSelectionOptions options;
+    change(&options);
+    EXPECT_FALSE(options.Check(&error)) << name;
+    EXPECT_NE(error.find(name), std::string::npos) << error;
+  };
+  refuses([](auto* o) { o->max_num_neighbors = 0; }, "max_num_neighbors");
+  refuses([](auto* o) { o->min_triangulation_angle_deg = -1; }, "min_triangulation_angle");
+  refuses([](auto* o) { o->max_triangulation_angle_deg = 181; }, "max_triangulation_angle");
+  refuses([](auto* o) { o->best_triangulation_angle_deg = 0; }, "best_triangulation_angle");
+  refuses([](auto* o) { o->min_num_shared_points = 0; }, "min_num_shared_points");
+}
+
+}  // namespace
+}  // namespace lsmvs
