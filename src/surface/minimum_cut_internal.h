@@ -109,8 +109,8 @@ class BreadthFirstFlow {
     nodes_[y].capacity[nodes_[x].Reverse(i)] += amount;
     flow_ += amount;
     Push<1>(x, amount);
-    Push<-1>(y, amount);
     Adopt<1>();
+    Push<-1>(y, amount);
     Adopt<-1>();
   }
 
