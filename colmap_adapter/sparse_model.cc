@@ -1,9 +1,26 @@
 #include "lsmvs/colmap_adapter/sparse_model.h"
 
+#include <algorithm>
 #include <numeric>
+#include <tuple>
 #include <unordered_map>
 
 namespace lsmvs {
+
+namespace {
+
+// COLMAP keeps the data of a frame as a set, whatever their order in the file.
+std::vector<SparseModel::Frame::Data> SortedData(const SparseModel::Frame& frame) {
+  std::vector<SparseModel::Frame::Data> sorted = frame.data;
+  const auto key = [](const SparseModel::Frame::Data& data) {
+    return std::tuple(data.sensor.type, data.sensor.id, data.data_id);
+  };
+  std::sort(sorted.begin(), sorted.end(),
+            [&](const auto& a, const auto& b) { return key(a) < key(b); });
+  return sorted;
+}
+
+}  // namespace
 
 std::vector<size_t> RegisteredImageOrder(const SparseModel& model) {
   std::vector<size_t> order;
@@ -17,7 +34,7 @@ std::vector<size_t> RegisteredImageOrder(const SparseModel& model) {
     position_of[static_cast<uint64_t>(model.images[i].image_id)] = i;
   }
   for (const SparseModel::Frame& frame : model.frames) {
-    for (const SparseModel::Frame::Data& data : frame.data) {
+    for (const SparseModel::Frame::Data& data : SortedData(frame)) {
       if (data.sensor.type != SparseModel::SensorType::kCamera) continue;
       order.push_back(position_of.at(data.data_id));
     }

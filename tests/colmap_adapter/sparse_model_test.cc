@@ -112,7 +112,7 @@ TEST(SparseModelTest, BinaryIsPreferredOverText) {
 
 TEST(SparseModelTest, RegisteredOrderIsThatOfFramesWhereThereAreAny) {
   EXPECT_THAT(RegisteredImageOrder(SmallModel(false)), ElementsAre(0, 1, 2));
-  EXPECT_THAT(RegisteredImageOrder(SmallModel(true)), ElementsAre(2, 1, 0));
+  EXPECT_THAT(RegisteredImageOrder(SmallModel(true)), ElementsAre(2, 0, 1));
 }
 
 TEST(SparseModelTest, TrivialFramesKeepOrderAndPoses) {
