@@ -1,0 +1,9 @@
+#include "fuzz_input.h"
+#include "lsmvs/colmap_adapter/visibility_file_internal.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using namespace lsmvs;
+  const auto path = fuzz::PutFile("fused.ply.vis", fuzz::FuzzInput(data, size).Rest());
+  fuzz::ExpectInputErrorAtMost([&] { internal::ReadVisibilityFile(path, 5); });
+  return 0;
+}
