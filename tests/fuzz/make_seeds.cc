@@ -1,4 +1,6 @@
 // Writes small valid files for the fuzzers to start from: make_seeds FOLDER fills FOLDER/<fuzzer>/.
+#include <sqlite3.h>
+
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -100,6 +102,24 @@ void PutImages(const fs::path& out) {
   put("jpeg", EncodeJpeg(image, 90));
 }
 
+void PutDatabase(const fs::path& out, const fs::path& work) {
+  sqlite3* handle = nullptr;
+  sqlite3_open((work / "database.db").c_str(), &handle);
+  sqlite3_exec(handle,
+               "PRAGMA page_size=512;"
+               "CREATE TABLE images (image_id INTEGER PRIMARY KEY, name TEXT, camera_id INTEGER);"
+               "CREATE TABLE keypoints (image_id INTEGER PRIMARY KEY, rows INTEGER, cols INTEGER,"
+               " data BLOB);"
+               "CREATE TABLE two_view_geometries (pair_id INTEGER PRIMARY KEY, rows INTEGER,"
+               " cols INTEGER, data BLOB, config INTEGER);"
+               "INSERT INTO images VALUES (1, 'a', 1), (2, 'b', 1);"
+               "INSERT INTO keypoints VALUES (1, 1, 4, zeroblob(16)), (2, 1, 6, zeroblob(24));"
+               "INSERT INTO two_view_geometries VALUES (2147483649, 1, 2, zeroblob(8), 2);",
+               nullptr, nullptr, nullptr);
+  sqlite3_close(handle);
+  Put(out, "database", "seed", Content(work / "database.db"));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -109,6 +129,7 @@ int main(int argc, char** argv) {
   PutMaps(out, lsmvs::fuzz::Folder());
   PutClouds(out, lsmvs::fuzz::Folder());
   PutImages(out);
+  PutDatabase(out, lsmvs::fuzz::Folder());
   Put(out, "stereo_config", "seed",
       "# c\na.jpg\n__auto__, 20\nb.jpg\n__all__\nc.jpg\na.jpg, b.jpg\n");
   return 0;
