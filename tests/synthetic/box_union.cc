@@ -13,25 +13,24 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-std::optional<RayHit> EnterBox(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& origin,
-                               const Eigen::Vector3d& direction) {
-  double enter = 0, leave = kInfinity;
-  int axis = -1;
-  for (int k = 0; k < 3; ++k) {
-    if (direction[k] == 0) {
-      if (origin[k] < box.min()[k] || origin[k] > box.max()[k]) return std::nullopt;
-      continue;
-    }
-    const double a = (box.min()[k] - origin[k]) / direction[k];
-    const double b = (box.max()[k] - origin[k]) / direction[k];
-    if (std::min(a, b) >= enter) {
-      enter = std::min(a, b);
-      axis = k;
-    }
-    leave = std::min(leave, std::max(a, b));
-  }
-  if (axis < 0 || enter > leave) return std::nullopt;
-  return RayHit{enter, Eigen::Vector3d::Unit(axis) * (direction[axis] > 0 ? -1.0 : 1.0)};
+// Where a ray enters a box: the first plane it meets of each pair, and the distance.
+struct Entry {
+  Eigen::Vector3d planes;
+  double distance;  // infinity: it does not
+};
+
+Entry EnterBox(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& origin,
+               const Eigen::Vector3d& inverse) {
+  const Eigen::Vector3d a = (box.min() - origin).cwiseProduct(inverse);
+  const Eigen::Vector3d b = (box.max() - origin).cwiseProduct(inverse);
+  const Eigen::Vector3d first = a.cwiseMin(b);
+  const double enter = first.maxCoeff(), leave = a.cwiseMax(b).minCoeff();
+  return {first, enter <= leave ? enter : kInfinity};
+}
+
+// Reciprocals that stay finite, so that no product is NaN: a component of 0 counts as 1e-300.
+Eigen::Vector3d FiniteInverse(const Eigen::Vector3d& direction) {
+  return direction.unaryExpr([](double d) { return 1.0 / (d == 0 ? 1e-300 : d); });
 }
 
 // The coordinates of `cuts` with each gap cut into equal parts of at most `edge_length`; `first[i]`
@@ -157,12 +156,16 @@ bool BoxUnion::Contains(const Eigen::Vector3d& x) const {
 
 std::optional<RayHit> BoxUnion::Intersect(const Eigen::Vector3d& origin,
                                           const Eigen::Vector3d& direction) const {
-  std::optional<RayHit> nearest;
+  const Eigen::Vector3d inverse = FiniteInverse(direction);
+  Entry nearest{Eigen::Vector3d::Zero(), kInfinity};
   for (const Eigen::AlignedBox3d& box : boxes_) {
-    const std::optional<RayHit> hit = EnterBox(box, origin, direction);
-    if (hit && (!nearest || hit->distance < nearest->distance)) nearest = hit;
+    const Entry entry = EnterBox(box, origin, inverse);
+    if (entry.distance >= 0 && entry.distance < nearest.distance) nearest = entry;
   }
-  return nearest;
+  if (nearest.distance == kInfinity) return std::nullopt;
+  int axis = 0;
+  nearest.planes.maxCoeff(&axis);
+  return RayHit{nearest.distance, Eigen::Vector3d::Unit(axis) * (direction[axis] > 0 ? -1.0 : 1.0)};
 }
 
 SurfacePoint BoxUnion::Closest(const Eigen::Vector3d& x) const {

@@ -4,10 +4,9 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
-#include <opencv2/imgcodecs.hpp>
 
+#include "lsmvs/image/image_codec.h"
 #include "lsmvs/synthetic/random.h"
-#include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/check.h"
 
 namespace lsmvs {
@@ -223,18 +222,12 @@ ColorImage RenderPhoto(const Shape& shape, const Scene& scene, int view_idx,
 }
 
 void WriteImage(const std::string& path, const ColorImage& image) {
-  cv::Mat bgr(image.height, image.width, CV_8UC3);
-  for (int row = 0; row < image.height; ++row) {
-    for (int column = 0; column < image.width; ++column) {
-      const Color& color = image(column, row);
-      bgr.at<cv::Vec3b>(row, column) = {color[2], color[1], color[0]};
-    }
+  constexpr int kJpegQuality = 95;
+  if (std::filesystem::path(path).extension() == ".png") {
+    WritePng(path, image);
+  } else {
+    WriteJpeg(path, image, kJpegQuality);
   }
-  std::vector<uint8_t> bytes;
-  const std::string extension = std::filesystem::path(path).extension().string();
-  LSMVS_CHECK(cv::imencode(extension, bgr, bytes,
-                           {cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_JPEG_QUALITY, 95}));
-  WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 void WritePhotos(const Shape& shape, const PhotoOptions& options, const std::string& folder,

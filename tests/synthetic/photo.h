@@ -40,11 +40,12 @@ struct PhotoOptions {
 ColorImage RenderPhoto(const Shape& shape, const Scene& scene, int view_idx,
                        const PhotoOptions& options, const RunContext& context);
 
-// Writes the photos of all views as PNG to `folder` (made if missing) under the views' names and
+// Writes the photos of all views to `folder` (made if missing) under the views' names and
 // sets scene->image_folder.
 void WritePhotos(const Shape& shape, const PhotoOptions& options, const std::string& folder,
                  Scene* scene, const RunContext& context);
 
+// As PNG or, with any other extension, JPEG of quality 95.
 void WriteImage(const std::string& path, const ColorImage& image);
 
 }  // namespace lsmvs

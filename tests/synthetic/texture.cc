@@ -1,6 +1,7 @@
 #include "lsmvs/synthetic/texture.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -11,12 +12,33 @@ namespace lsmvs {
 
 namespace {
 
-// Dot product of one of Perlin's twelve gradients (four of them twice) with an offset.
+// Perlin's twelve gradients, four of them twice.
+constexpr std::array<std::array<double, 3>, 16> kGradients = {{{1, 1, 0},
+                                                               {-1, 1, 0},
+                                                               {1, -1, 0},
+                                                               {-1, -1, 0},
+                                                               {1, 0, 1},
+                                                               {-1, 0, 1},
+                                                               {1, 0, -1},
+                                                               {-1, 0, -1},
+                                                               {0, 1, 1},
+                                                               {0, -1, 1},
+                                                               {0, 1, -1},
+                                                               {0, -1, -1},
+                                                               {1, 1, 0},
+                                                               {0, -1, 1},
+                                                               {-1, 1, 0},
+                                                               {0, -1, -1}}};
+
 double GradientTimes(uint32_t hash, double x, double y, double z) {
-  const uint32_t h = hash & 15;
-  const double u = h < 8 ? x : y;
-  const double v = h < 4 ? y : (h == 12 || h == 14 ? x : z);
-  return ((h & 1) != 0 ? -u : u) + ((h & 2) != 0 ? -v : v);
+  const std::array<double, 3>& gradient = kGradients[hash & 15];
+  return gradient[0] * x + gradient[1] * y + gradient[2] * z;
+}
+
+// Much faster than std::floor on a plain x86-64.
+int64_t Floor(double x) {
+  const auto truncated = static_cast<int64_t>(x);
+  return truncated - (x < static_cast<double>(truncated));
 }
 
 uint32_t HashNode(uint32_t x, uint32_t y, uint32_t z, uint32_t seed) {
@@ -57,11 +79,11 @@ double NoiseQuantile(double share) {
 }  // namespace
 
 double GradientNoise(const Eigen::Vector3d& x, uint64_t seed) {
-  const Eigen::Vector3d cell = x.array().floor();
-  const Eigen::Vector3d f = x - cell;
-  const auto node = [&](int k) { return static_cast<uint32_t>(static_cast<int64_t>(cell[k])); };
-  const uint32_t i = node(0), j = node(1), k = node(2),
-                 s = static_cast<uint32_t>(Random::Mix(seed));
+  const int64_t cell_x = Floor(x[0]), cell_y = Floor(x[1]), cell_z = Floor(x[2]);
+  const Eigen::Vector3d f(x[0] - static_cast<double>(cell_x), x[1] - static_cast<double>(cell_y),
+                          x[2] - static_cast<double>(cell_z));
+  const auto i = static_cast<uint32_t>(cell_x), j = static_cast<uint32_t>(cell_y);
+  const auto k = static_cast<uint32_t>(cell_z), s = static_cast<uint32_t>(Random::Mix(seed));
   const auto corner = [&](uint32_t a, uint32_t b, uint32_t c) {
     return GradientTimes(HashNode(i + a, j + b, k + c, s), f[0] - a, f[1] - b, f[2] - c);
   };
