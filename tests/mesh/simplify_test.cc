@@ -1,0 +1,95 @@
+#include "lsmvs/mesh/simplify.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "lsmvs/mesh/inspect.h"
+#include "lsmvs/test_support/expect_valid_mesh.h"
+
+namespace lsmvs {
+namespace {
+
+TriangleMesh Grid(int n, double (*height)(double, double)) {
+  TriangleMesh mesh;
+  for (int row = 0; row <= n; ++row) {
+    for (int column = 0; column <= n; ++column) {
+      const double x = static_cast<double>(column) / n, y = static_cast<double>(row) / n;
+      mesh.vertices.emplace_back(x, y, height(x, y));
+      mesh.vertex_colors.emplace_back(static_cast<uint8_t>(255 * x), static_cast<uint8_t>(255 * y), 0);
+    }
+  }
+  for (int row = 0; row < n; ++row) {
+    for (int column = 0; column < n; ++column) {
+      const int a = row * (n + 1) + column, c = a + n + 1;
+      mesh.faces.emplace_back(a, a + 1, c + 1);
+      mesh.faces.emplace_back(a, c + 1, c);
+    }
+  }
+  return mesh;
+}
+
+double Flat(double, double) { return 0; }
+double Wavy(double x, double y) { return 0.1 * std::sin(7 * x) * std::cos(5 * y); }
+
+TEST(Simplify, FlatSquareKeepsItsAreaAndBorder) {
+  const SimplifiedMesh result = SimplifyMesh(Grid(40, Flat), 60, RunContext(1));
+  EXPECT_LE(result.mesh.faces.size(), 60u);
+  ExpectValidMesh(result.mesh);
+  EXPECT_NEAR(Inspect(result.mesh).area, 1, 1e-6);
+  for (const Eigen::Vector3d& x : result.mesh.vertices) EXPECT_NEAR(x.z(), 0, 1e-9);
+}
+
+TEST(Simplify, StaysNearASmoothSurface) {
+  const TriangleMesh mesh = Grid(60, Wavy);
+  const SimplifiedMesh result = SimplifyMesh(mesh, 1000, RunContext(1));
+  EXPECT_LE(result.mesh.faces.size(), 1000u);
+  EXPECT_GT(result.mesh.faces.size(), 900u);
+  ExpectValidMesh(result.mesh);
+  for (const Eigen::Vector3d& x : result.mesh.vertices) {
+    EXPECT_NEAR(x.z(), Wavy(x.x(), x.y()), 2e-3);
+  }
+}
+
+TEST(Simplify, ColoursComeFromTheSource) {
+  const TriangleMesh mesh = Grid(40, Wavy);
+  const SimplifiedMesh result = SimplifyMesh(mesh, 400, RunContext(1));
+  ASSERT_EQ(result.source_vertex.size(), result.mesh.vertices.size());
+  for (size_t v = 0; v < result.mesh.vertices.size(); ++v) {
+    EXPECT_LT((mesh.vertices[result.source_vertex[v]] - result.mesh.vertices[v]).norm(), 0.15);
+    EXPECT_EQ(mesh.vertex_colors[result.source_vertex[v]], result.mesh.vertex_colors[v]);
+  }
+}
+
+TEST(Simplify, ThinsLargeInputsFirst) {
+  const SimplifiedMesh result = SimplifyMesh(Grid(150, Wavy), 500, RunContext(1));
+  EXPECT_LE(result.mesh.faces.size(), 500u);
+  EXPECT_NEAR(Inspect(result.mesh).area, Inspect(Grid(150, Wavy)).area, 0.03);
+}
+
+TEST(Simplify, SmallMeshesStayAsTheyAre) {
+  const TriangleMesh mesh = Grid(4, Wavy);
+  const SimplifiedMesh result = SimplifyMesh(mesh, 1000, RunContext(1));
+  EXPECT_EQ(result.mesh.faces.size(), mesh.faces.size());
+  EXPECT_EQ(result.mesh.vertices.size(), mesh.vertices.size());
+}
+
+TEST(Simplify, TakesBadInput) {
+  TriangleMesh mesh = Grid(20, Wavy);
+  mesh.vertices.emplace_back(std::numeric_limits<double>::quiet_NaN(), 0, 0);
+  mesh.vertices.emplace_back(7, 7, 7);  // unused
+  mesh.vertex_colors.resize(mesh.vertices.size(), mesh.vertex_colors[0]);
+  const int nan = static_cast<int>(mesh.vertices.size()) - 2;
+  mesh.faces.emplace_back(0, 1, nan);
+  mesh.faces.emplace_back(3, 3, 4);
+  for (int i = 0; i < 3; ++i) mesh.faces.push_back(mesh.faces[0]);  // the same face four times
+  const SimplifiedMesh result = SimplifyMesh(mesh, 200, RunContext(1));
+  EXPECT_LE(result.mesh.faces.size(), 220u);
+  for (const Eigen::Vector3d& x : result.mesh.vertices) EXPECT_TRUE(x.allFinite());
+  EXPECT_TRUE(SimplifyMesh({}, 10, RunContext(1)).mesh.faces.empty());
+}
+
+}  // namespace
+}  // namespace lsmvs
