@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <deque>
@@ -97,11 +99,11 @@ void Stop(pid_t child) {
   ::waitpid(child, nullptr, 0);
 }
 
-// Waits for the child; its status as of waitpid.
-int Wait(pid_t child, const RunContext& context) {
+// Waits for the child; its status as of waitpid. `usage` may be null.
+int Wait(pid_t child, const RunContext& context, rusage* usage) {
   int status = 0;
   while (true) {
-    const pid_t ended = ::waitpid(child, &status, WNOHANG);
+    const pid_t ended = ::wait4(child, &status, WNOHANG, usage);
     if (ended == child) return status;
     if (ended < 0 && errno != EINTR) {
       throw ExternalToolError(
@@ -159,7 +161,7 @@ const std::string& ColmapRunner::Banner() const {
   banner_ = "";
   const std::unique_ptr<std::FILE, CloseFile> output(std::tmpfile());
   if (!available() || !output) return *banner_;
-  Wait(Start(executable_, {"-h"}, ::fileno(output.get())), RunContext(1));
+  Wait(Start(executable_, {"-h"}, ::fileno(output.get())), RunContext(1), nullptr);
   std::rewind(output.get());
   char text[4096];
   banner_->assign(text, std::fread(text, 1, sizeof text, output.get()));
@@ -177,22 +179,52 @@ std::string ColmapRunner::Version() const {
 
 bool ColmapRunner::HasCuda() const { return Banner().find("with CUDA") != std::string::npos; }
 
-void ColmapRunner::Run(const std::vector<std::string>& arguments, const fs::path& log_path,
-                       const RunContext& context) const {
+namespace {
+
+double Seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+}  // namespace
+
+ToolUsage ColmapRunner::Run(const std::vector<std::string>& arguments, const fs::path& log_path,
+                            const RunContext& context) const {
   if (!available()) throw ExternalToolError(kMissing);
   const int log = OpenLog(log_path);
+  const auto begin = std::chrono::steady_clock::now();
   int status = 0;
+  rusage used{};
   try {
-    status = Wait(Start(executable_, arguments, log), context);
+    status = Wait(Start(executable_, arguments, log), context, &used);
   } catch (...) {
     ::close(log);
     throw;
   }
   ::close(log);
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
-  throw ExternalToolError(
-      fmt::format("colmap {} {}: {}; see {}", arguments.empty() ? "" : arguments.front(),
-                  DescribeStatus(status), LastLines(log_path), log_path.string()));
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    throw ExternalToolError(
+        fmt::format("colmap {} {}: {}; see {}", arguments.empty() ? "" : arguments.front(),
+                    DescribeStatus(status), LastLines(log_path), log_path.string()));
+  }
+  ToolUsage usage;
+  usage.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  usage.cpu_seconds = Seconds(used.ru_utime) + Seconds(used.ru_stime);
+  usage.peak_bytes = static_cast<size_t>(used.ru_maxrss) * 1024;
+  return usage;
+}
+
+bool ColmapRunner::HasCommand(const std::string& name) const {
+  const std::unique_ptr<std::FILE, CloseFile> output(std::tmpfile());
+  if (!available() || !output) return false;
+  Wait(Start(executable_, {"help"}, ::fileno(output.get())), RunContext(1), nullptr);
+  std::rewind(output.get());
+  std::string text(size_t{1} << 16, '\0');
+  text.resize(std::fread(text.data(), 1, text.size(), output.get()));
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (word == name) return true;
+  }
+  return false;
 }
 
 }  // namespace lsmvs

@@ -17,6 +17,13 @@ class ExternalToolError : public Error {
       : Error(ExitCode::kExternalTool, message) {}
 };
 
+// What a command took.
+struct ToolUsage {
+  double seconds = 0;      // wall clock
+  double cpu_seconds = 0;  // of all its threads
+  size_t peak_bytes = 0;   // highest resident size
+};
+
 // Runs commands of the `colmap` executable: $COLMAP if that is set, else `colmap` of the PATH.
 class ColmapRunner {
  public:
@@ -39,8 +46,11 @@ class ColmapRunner {
   // stopped and CancelledError is thrown. Throws ExternalToolError if the executable is missing,
   // cannot be started, dies or returns other than 0: the message quotes the last lines of the log
   // and names it.
-  void Run(const std::vector<std::string>& arguments, const std::filesystem::path& log_path,
-           const RunContext& context) const;
+  ToolUsage Run(const std::vector<std::string>& arguments, const std::filesystem::path& log_path,
+                const RunContext& context) const;
+
+  // Whether `colmap help` lists a command of this name; runs it.
+  bool HasCommand(const std::string& name) const;
 
  private:
   const std::string& Banner() const;

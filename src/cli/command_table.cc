@@ -8,6 +8,7 @@ const std::vector<CommandFactory>& CommandTable() {
   static const std::vector<CommandFactory> table = {
       MakeMeshEvaluator,
       MakeMeshRenderer,
+      MakeMeshComparer,
   };
   return table;
 }

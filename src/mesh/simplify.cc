@@ -15,8 +15,9 @@ namespace lsmvs {
 
 namespace {
 
-constexpr size_t kThinningFactor = 8;
+constexpr size_t kThinningFactor = 16;
 constexpr double kBorderWeight = 20;
+constexpr double kMinFlatness = 1e-3;  // twice the area of a face over its longest edge squared
 constexpr double kMinNormalCosine = 0.2;  // between a face's normals before and after a collapse
 
 // x^T A x + 2 b^T x + c: the weighted sum of squared distances to planes.
@@ -185,7 +186,7 @@ class Collapser {
     double cost;
     int a, b;
     int stamp_a, stamp_b;
-    Eigen::Vector3f shift;  // from the middle of the edge to the new vertex
+    Eigen::Vector3f shift;                     // from the middle of the edge to the new vertex
     bool operator<(const Edge& other) const {  // the cheapest comes first; ties by position
       if (cost != other.cost) return cost > other.cost;
       return a != other.a ? a > other.a : b > other.b;
@@ -258,7 +259,7 @@ class Collapser {
     const Eigen::Vector3d middle = 0.5 * (xa + xb);
     const double length = (xb - xa).norm();
     // A little of "stay in the middle" makes flat regions well-posed and even.
-    const double weight = 1e-4 * sum.a.trace() + 1e-300;
+    const double weight = 1e-7 * sum.a.trace() + 1e-300;
     Eigen::Matrix3d system = sum.a + weight * Eigen::Matrix3d::Identity();
     Eigen::Vector3d best = system.ldlt().solve(weight * middle - sum.b);
     if (!best.allFinite() || (best - middle).norm() > 2 * length) best = middle;
@@ -286,11 +287,15 @@ class Collapser {
     std::set_intersection(scratch_a_.begin(), scratch_a_.end(), scratch_b_.begin(),
                           scratch_b_.end(), std::back_inserter(scratch_both_));
     if (static_cast<int>(scratch_both_.size()) != num_shared) return false;
+    // An inner edge between two border vertices: collapsing it would pinch the surface there.
+    const bool both_on_border = scratch_a_.size() != faces_of_[edge.a].size() &&
+                                scratch_b_.size() != faces_of_[edge.b].size();
+    if (both_on_border && num_shared != 1) return false;
     const Eigen::Vector3d place = Place(edge);
     return !TurnsOver(edge.a, edge.b, place) && !TurnsOver(edge.b, edge.a, place);
   }
 
-  // Whether moving `v` to `place` turns a face that survives the collapse with `other`.
+  // Whether moving `v` to `place` turns or flattens a face that survives the collapse with `other`.
   bool TurnsOver(int v, int other, const Eigen::Vector3d& place) const {
     for (const int f : faces_of_[v]) {
       const Eigen::Vector3i& face = s_.faces[f];
@@ -300,6 +305,9 @@ class Collapser {
                             &last = s_.vertices[face[(k + 2) % 3]];
       const Eigen::Vector3d before = (next - s_.vertices[v]).cross(last - s_.vertices[v]);
       const Eigen::Vector3d after = (next - place).cross(last - place);
+      const double longest =
+          std::max((next - place).squaredNorm(), (last - place).squaredNorm());
+      if (after.norm() < kMinFlatness * longest) return true;
       if (before.dot(after) < kMinNormalCosine * before.norm() * after.norm()) return true;
     }
     return false;

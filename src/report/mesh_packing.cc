@@ -48,8 +48,8 @@ void PackFaces(const std::vector<Eigen::Vector3i>& faces, std::vector<uint8_t>* 
     for (int k = 0; k < 3; ++k) {
       const int difference = face[k] - last;
       last = face[k];
-      uint32_t code = (static_cast<uint32_t>(difference) << 1) ^
-                      static_cast<uint32_t>(difference < 0 ? -1 : 0);
+      uint32_t code =
+          (static_cast<uint32_t>(difference) << 1) ^ static_cast<uint32_t>(difference < 0 ? -1 : 0);
       for (; code >= 128; code >>= 7) bytes->push_back(static_cast<uint8_t>(code | 128));
       bytes->push_back(static_cast<uint8_t>(code));
     }
@@ -64,7 +64,8 @@ uint8_t ErrorByte(float error) {
 std::vector<uint8_t> Deflate(const std::vector<uint8_t>& bytes) {
   uLongf size = compressBound(static_cast<uLong>(bytes.size()));
   std::vector<uint8_t> packed(size);
-  const int code = compress2(packed.data(), &size, bytes.data(), static_cast<uLong>(bytes.size()), 6);
+  const int code =
+      compress2(packed.data(), &size, bytes.data(), static_cast<uLong>(bytes.size()), 6);
   LSMVS_CHECK_EQ(code, Z_OK);
   packed.resize(size);
   return packed;
@@ -91,10 +92,12 @@ PackedMesh PackMesh(const TriangleMesh& mesh, const std::vector<float>& errors) 
     PackAxis(mesh, axis, packed.origin[axis], packed.step, &bytes);
   }
   for (int k = 0; packed.has_colors && k < 3; ++k) {
-    PackPlane(packed.num_vertices, [&](size_t v) { return mesh.vertex_colors[v][k]; }, &bytes);
+    PackPlane(
+        packed.num_vertices, [&](size_t v) { return mesh.vertex_colors[v][k]; }, &bytes);
   }
   if (packed.has_errors) {
-    PackPlane(packed.num_vertices, [&](size_t v) { return ErrorByte(errors[v]); }, &bytes);
+    PackPlane(
+        packed.num_vertices, [&](size_t v) { return ErrorByte(errors[v]); }, &bytes);
   }
   PackFaces(mesh.faces, &bytes);
   packed.bytes = Deflate(bytes);

@@ -10,10 +10,11 @@
 namespace lsmvs {
 
 // A mesh in few bytes, as src/report/web/src/unpack.js reads it: a zlib stream (RFC 1950) of
-//   positions: per axis, differences between successive vertices in steps of `step`, in three planes of low, middle, high bytes;
-//   colours (if any): per channel, differences modulo 256;
+//   positions: per axis, differences between successive vertices in steps of `step`, in three
+//   planes of low, middle, high bytes; colours (if any): per channel, differences modulo 256;
 //   errors (if any): a byte a vertex, 0..254 for 0..1, 255 for unknown, differences modulo 256;
-//   faces: differences between successive indices, zigzag-coded, 7 bits a byte, low first, high bit: more follows.
+//   faces: differences between successive indices, zigzag-coded, 7 bits a byte, low first, high
+//   bit: more follows.
 struct PackedMesh {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   double step = 1;  // of a coordinate: 2^-24 of the size of the mesh

@@ -1,13 +1,15 @@
 #include "lsmvs/report/page_template.h"
 
 #ifdef LSMVS_REPORT_PAGE
-// The assembler puts the file's bytes into the program; the build system knows that this file depends on it.
+// The assembler puts the file's bytes into the program; the build system knows that this file
+// depends on it.
 __asm__(
     ".section .rodata\n"
     ".global lsmvs_report_page_begin\n"
     ".global lsmvs_report_page_end\n"
     "lsmvs_report_page_begin:\n"
-    ".incbin \"" LSMVS_REPORT_PAGE "\"\n"
+    ".incbin \"" LSMVS_REPORT_PAGE
+    "\"\n"
     "lsmvs_report_page_end:\n"
     ".byte 0\n"
     ".previous\n");

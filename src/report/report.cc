@@ -24,11 +24,11 @@ Json ViewpointJson(const Viewpoint& viewpoint) {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) rotation.push_back(r(row, column));
   }
-  return {{"width", c.width}, {"height", c.height},
-          {"fx", c.fx},       {"fy", c.fy},
-          {"cx", c.cx},       {"cy", c.cy},
-          {"rotation", rotation},
-          {"translation", VectorJson(viewpoint.cam_from_world.translation)}};
+  return {
+      {"width", c.width},     {"height", c.height},
+      {"fx", c.fx},           {"fy", c.fy},
+      {"cx", c.cx},           {"cy", c.cy},
+      {"rotation", rotation}, {"translation", VectorJson(viewpoint.cam_from_world.translation)}};
 }
 
 Json MeshJson(const ReportMesh& mesh) {
@@ -43,14 +43,10 @@ Json MeshJson(const ReportMesh& mesh) {
 }
 
 Json ReportJson(const Report& report) {
-  Json json = {{"title", report.title},
-               {"workspace", report.workspace},
-               {"program", report.program},
-               {"meshes", Json::array()},
-               {"missing", Json::array()},
-               {"stages", Json::array()},
-               {"options", Json::array()},
-               {"notes", report.notes}};
+  Json json = {{"title", report.title},     {"workspace", report.workspace},
+               {"program", report.program}, {"meshes", Json::array()},
+               {"missing", Json::array()},  {"stages", Json::array()},
+               {"options", Json::array()},  {"notes", report.notes}};
   for (const ReportMesh& mesh : report.meshes) json["meshes"].push_back(MeshJson(mesh));
   for (const auto& [title, reason] : report.missing) {
     json["missing"].push_back({{"title", title}, {"reason", reason}});
@@ -128,12 +124,10 @@ std::string DataElements(const Report& report) {
   }
   for (size_t i = 0; i < report.meshes.size(); ++i) {
     const PackedMesh packed = PackMesh(report.meshes[i].shown, report.meshes[i].errors);
-    json["meshes"][i]["packed"] = {{"origin", VectorJson(packed.origin)},
-                                   {"step", packed.step},
-                                   {"vertices", packed.num_vertices},
-                                   {"faces", packed.num_faces},
-                                   {"colors", packed.has_colors},
-                                   {"errors", packed.has_errors}};
+    json["meshes"][i]["packed"] = {
+        {"origin", VectorJson(packed.origin)}, {"step", packed.step},
+        {"vertices", packed.num_vertices},     {"faces", packed.num_faces},
+        {"colors", packed.has_colors},         {"errors", packed.has_errors}};
     elements += DataElement(fmt::format("mesh-{}", i), "text/plain", Base64(packed.bytes));
   }
   return DataElement("report", "application/json",

@@ -17,8 +17,9 @@ namespace lsmvs {
 // A photo that the page can jump to.
 struct ReportPhoto {
   std::string name;
-  Viewpoint viewpoint;        // of the full-size photo
-  std::vector<uint8_t> jpeg;  // the photo at any size; empty: the page has its pose but not its picture
+  Viewpoint viewpoint;  // of the full-size photo
+  std::vector<uint8_t>
+      jpeg;  // the photo at any size; empty: the page has its pose but not its picture
 };
 
 // A mesh of the comparison.
@@ -52,7 +53,7 @@ struct Report {
   Eigen::Vector3d up = Eigen::Vector3d(0, -1, 0);
   Eigen::Vector3d focus = Eigen::Vector3d::Zero();  // what the camera turns about
   double radius = 1;                                // of what is worth seeing, about the focus
-  int key_photo = -1;                               // the page opens at its pose; -1: a view of everything
+  int key_photo = -1;  // the page opens at its pose; -1: a view of everything
   std::vector<ReportPhoto> photos;
   std::vector<ReportMesh> meshes;  // at least one
   // Meshes that are not there, and why.
@@ -63,8 +64,9 @@ struct Report {
   std::vector<std::string> notes;
 };
 
-// The page: one HTML file that loads nothing else and runs from disk. Its size is about 8 bytes a face and vertex that
-// is shown, and the photos. Throws Error if this build has no page (see HasReportPage).
+// The page: one HTML file that loads nothing else and runs from disk. Its size is about 8 bytes a
+// face and vertex that is shown, and the photos. Throws Error if this build has no page (see
+// HasReportPage).
 std::string MakeReportPage(const Report& report);
 
 // Whether the page was built into this program; it is left out where npm was not to be used.

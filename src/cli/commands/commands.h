@@ -8,6 +8,7 @@
 
 namespace lsmvs {
 
+std::unique_ptr<Command> MakeMeshComparer();
 std::unique_ptr<Command> MakeMeshEvaluator();
 std::unique_ptr<Command> MakeMeshRenderer();
 

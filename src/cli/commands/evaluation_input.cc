@@ -8,24 +8,12 @@
 #include <sstream>
 
 #include "lsmvs/cli/nearest_name.h"
-#include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
 
 namespace {
-
-DenseWorkspace WorkspaceToEvaluate(const std::filesystem::path& path) {
-  std::vector<DenseWorkspace> found;
-  for (const WorkspaceEntry& entry : FindDenseWorkspaces(path)) {
-    if (entry.exists) found.push_back(entry.workspace);
-  }
-  if (found.empty()) return DenseWorkspace{path};
-  if (found.size() == 1) return found[0];
-  throw UsageError(fmt::format("{} holds {} dense workspaces; give one of them, such as {}",
-                               path.string(), found.size(), found[0].folder.string()));
-}
 
 int FindView(const Scene& scene, const std::string& name) {
   std::vector<std::string> names;
@@ -40,10 +28,21 @@ int FindView(const Scene& scene, const std::string& name) {
 
 }  // namespace
 
+DenseWorkspace FindWorkspaceToEvaluate(const std::filesystem::path& path) {
+  std::vector<DenseWorkspace> found;
+  for (const WorkspaceEntry& entry : FindDenseWorkspaces(path)) {
+    if (entry.exists) found.push_back(entry.workspace);
+  }
+  if (found.empty()) return DenseWorkspace{path};
+  if (found.size() == 1) return found[0];
+  throw UsageError(fmt::format("{} holds {} dense workspaces; give one of them, such as {}",
+                               path.string(), found.size(), found[0].folder.string()));
+}
+
 Scene LoadSceneToEvaluate(const std::filesystem::path& path, bool check_images) {
   LoadSceneOptions options;
   options.check_images = check_images;
-  return LoadScene(WorkspaceToEvaluate(path), options);
+  return LoadScene(FindWorkspaceToEvaluate(path), options);
 }
 
 std::vector<int> FindViews(const Scene& scene, const std::string& names) {

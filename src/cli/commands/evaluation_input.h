@@ -5,14 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/evaluation/mesh_renderer.h"
 #include "lsmvs/mesh/triangle_mesh.h"
 #include "lsmvs/scene/scene.h"
 
 namespace lsmvs {
 
-// The scene of `path`: of a dense workspace, of the only one that a project holds, or of a project
-// whose photos have no distortion. Throws InputError; UsageError if there are several.
+// The workspace that `path` stands for: a dense workspace, the only one that a project holds, or a
+// project whose photos have no distortion. Throws UsageError if there are several.
+DenseWorkspace FindWorkspaceToEvaluate(const std::filesystem::path& path);
+// Its scene. Throws InputError.
 Scene LoadSceneToEvaluate(const std::filesystem::path& path, bool check_images);
 
 // Positions of the views named in `names`, separated by commas; empty for an empty text. Throws
