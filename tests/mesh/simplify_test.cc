@@ -67,7 +67,7 @@ TEST(Simplify, ColoursComeFromTheSource) {
 TEST(Simplify, ThinsLargeInputsFirst) {
   const SimplifiedMesh result = SimplifyMesh(Grid(150, Wavy), 500, RunContext(1));
   EXPECT_LE(result.mesh.faces.size(), 500u);
-  EXPECT_NEAR(Inspect(result.mesh).area, Inspect(Grid(150, Wavy)).area, 0.03);
+  EXPECT_NEAR(Inspect(result.mesh).area, Inspect(Grid(150, Wavy)).area, 0.06);
 }
 
 TEST(Simplify, SmallMeshesStayAsTheyAre) {
