@@ -1,30 +1,21 @@
-#include <CGAL/Delaunay_triangulation_3.h>
-#include <CGAL/Delaunay_triangulation_cell_base_3.h>
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Triangulation_cell_base_with_info_3.h>
-#include <CGAL/Triangulation_vertex_base_with_info_3.h>
-
 #include <algorithm>
 #include <bit>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "lsmvs/surface/cell_complex.h"
+#include "lsmvs/surface/geometric_predicates_internal.h"
 
 namespace lsmvs {
 
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<int32_t, Kernel>;
-using CellBase =
-    CGAL::Triangulation_cell_base_with_info_3<int32_t, Kernel,
-                                              CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
-using Delaunay =
-    CGAL::Delaunay_triangulation_3<Kernel,
-                                   CGAL::Triangulation_data_structure_3<VertexBase, CellBase>>;
+using internal::InSphere;
+using internal::Orientation;
 
 constexpr int kNumRounds = 12;
+constexpr int32_t kFreeCell = -2;  // as vertex[0] of a cell that is not in use
 
 // Biased randomised insertion order: each round holds about half of what is left, rounds are walked
 // through in spatial order.
@@ -41,75 +32,295 @@ std::vector<uint32_t> InsertionOrder(size_t count) {
   return order;
 }
 
-void Insert(CellComplex* complex, Delaunay* delaunay) {
-  Delaunay::Cell_handle hint;
-  for (const uint32_t i : InsertionOrder(complex->points.size())) {
-    const Eigen::Vector3f& x = complex->points[i];
-    const size_t before = delaunay->number_of_vertices();
-    const auto vertex = delaunay->insert({x.x(), x.y(), x.z()}, hint);
-    if (delaunay->number_of_vertices() == before) {
-      complex->duplicates.push_back({static_cast<int32_t>(i), vertex->info()});
-    } else {
-      vertex->info() = static_cast<int32_t>(i);
-    }
-    hint = vertex->cell();
+// Incremental construction (A. Bowyer; D. Watson, 1981): the cells whose circumspheres hold the new point make room for its star.
+// Ties of cospherical points are broken by a perturbation that depends on coordinates only (O. Devillers, M. Teillaud:
+// Perturbations for Delaunay and weighted Delaunay 3D triangulations, 2011), so the result does not depend on the order
+// of insertion. While it runs, a cell's `distance` is a mark and capacity[i] the new cell behind facet i.
+class DelaunayBuilder {
+ public:
+  explicit DelaunayBuilder(std::vector<Eigen::Vector3f> points) : points_(complex_.points) {
+    complex_.points = std::move(points);
+    complex_.incident_cell.assign(points_.size(), -1);
   }
-  delaunay->infinite_vertex()->info() = Cell::kInfiniteVertex;
-  std::sort(complex->duplicates.begin(), complex->duplicates.end());
-}
 
-// Numbers the cells: finite ones first, each part in the order of its lowest vertex, so that
-// neighbours lie close.
-void NumberCells(CellComplex* complex, Delaunay* delaunay) {
-  const size_t num_vertices = complex->points.size();
-  std::vector<uint32_t> begin(2 * num_vertices + 1, 0);
-  const auto bucket = [&](const auto& cell) {
-    uint32_t lowest = std::numeric_limits<uint32_t>::max();
-    for (int k = 0; k < 4; ++k) {
-      lowest = std::min(lowest, static_cast<uint32_t>(cell.vertex(k)->info()));
+  CellComplex Run() {
+    std::vector<uint32_t> order = InsertionOrder(points_.size());
+    if (!InsertFirstCell(&order)) return std::move(complex_);
+    cells_.reserve(points_.size() * 69 / 10 + 64);
+    for (const uint32_t p : order) {
+      if (p != kInserted) Insert(static_cast<int32_t>(p));
     }
-    return lowest + (cell.info() != 0 ? num_vertices : 0);
+    std::vector<uint32_t>().swap(order);
+    SortCells();
+    FindIncidentCells();
+    std::sort(complex_.duplicates.begin(), complex_.duplicates.end());
+    return std::move(complex_);
+  }
+
+ private:
+  static constexpr uint32_t kInserted = std::numeric_limits<uint32_t>::max();
+
+  const Eigen::Vector3f& At(int32_t vertex) const { return points_[vertex]; }
+
+  // Takes the first four points that are not in one plane out of `order`. False if there are none.
+  bool InsertFirstCell(std::vector<uint32_t>* order) {
+    std::vector<int32_t> corners;
+    for (uint32_t& p : *order) {
+      corners.push_back(static_cast<int32_t>(p));
+      if (!Independent(corners)) {
+        corners.pop_back();
+        continue;
+      }
+      p = kInserted;
+      if (corners.size() == 4) break;
+    }
+    if (corners.size() < 4) return false;
+    if (Orientation(At(corners[0]), At(corners[1]), At(corners[2]), At(corners[3])) < 0) {
+      std::swap(corners[0], corners[1]);
+    }
+    MakeFirstCells(corners);
+    return true;
+  }
+
+  bool Independent(const std::vector<int32_t>& v) const {
+    if (v.size() == 2) return At(v[0]) != At(v[1]);
+    if (v.size() == 4) return Orientation(At(v[0]), At(v[1]), At(v[2]), At(v[3])) != 0;
+    if (v.size() < 3) return true;
+    // Not in one line: some plane through a point off the axes tells them apart.
+    const Eigen::Vector3f& a = At(v[0]);
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3f off = a + Eigen::Vector3f::Unit(k);
+      if (Orientation(a, At(v[1]), At(v[2]), off) != 0) return true;
+    }
+    return false;
+  }
+
+  void MakeFirstCells(const std::vector<int32_t>& corners) {
+    cells_.resize(5);
+    for (int k = 0; k < 4; ++k) cells_[0].vertex[k] = corners[k];
+    for (int k = 0; k < 4; ++k) {
+      // Cell k + 1 lies behind facet k: the same facet the other way round, and infinity.
+      Cell& outer = cells_[k + 1];
+      for (int i = 0; i < 3; ++i) outer.vertex[i] = corners[kFacetVertices[k][i]];
+      std::swap(outer.vertex[0], outer.vertex[1]);
+      outer.vertex[3] = Cell::kInfiniteVertex;
+      Link(0, k, k + 1, 3);
+    }
+    for (int32_t a = 1; a < 5; ++a) {
+      for (int32_t b = 1; b < 5; ++b) {
+        if (a == b) continue;
+        // They share the edge of the corners that are neither a - 1 nor b - 1.
+        Link(a, cells_[a].IndexOfVertex(corners[b - 1]), b, cells_[b].IndexOfVertex(corners[a - 1]));
+      }
+    }
+  }
+
+  void Link(int32_t a, int i, int32_t b, int j) {
+    cells_[a].neighbor[i] = b;
+    cells_[a].SetReverse(i, j);
+    cells_[b].neighbor[j] = a;
+    cells_[b].SetReverse(j, i);
+  }
+
+  int OrientationOfFacet(const Cell& cell, int i, const Eigen::Vector3f& x) const {
+    const auto& facet = kFacetVertices[i];
+    return Orientation(At(cell.vertex[facet[0]]), At(cell.vertex[facet[1]]),
+                       At(cell.vertex[facet[2]]), x);
+  }
+
+  static int InfiniteIndex(const Cell& cell) {
+    for (int k = 0; k < 4; ++k) {
+      if (cell.vertex[k] == Cell::kInfiniteVertex) return k;
+    }
+    return -1;
+  }
+
+  // The tetrahedron that holds x, or a cell at infinity that sees it. Walks from the last cell made, across facets that part the
+  // cell from x; in a Delaunay complex such walks end.
+  int32_t Locate(const Eigen::Vector3f& x) const {
+    int32_t current = hint_;
+    if (const int k = InfiniteIndex(cells_[current]); k >= 0) current = cells_[current].neighbor[k];
+    int entry = -1;
+    while (true) {
+      const Cell& cell = cells_[current];
+      int exit = 0;
+      while (exit < 4 && (exit == entry || OrientationOfFacet(cell, exit, x) >= 0)) ++exit;
+      if (exit == 4) return current;
+      entry = cell.Reverse(exit);
+      current = cell.neighbor[exit];
+      if (InfiniteIndex(cells_[current]) >= 0) return current;
+    }
+  }
+
+  bool InConflict(const Cell& cell, int32_t p) const {
+    if (const int k = InfiniteIndex(cell); k >= 0) {
+      const int side = OrientationOfFacet(cell, k, At(p));
+      return side > 0 || (side == 0 && InConflict(cells_[cell.neighbor[k]], p));
+    }
+    const auto& v = cell.vertex;
+    const int side = InSphere(At(v[0]), At(v[1]), At(v[2]), At(v[3]), At(p));
+    return side != 0 ? side > 0 : InPerturbedSphere(v, p);
+  }
+
+  bool InPerturbedSphere(const std::array<int32_t, 4>& v, int32_t p) const {
+    std::array<int, 5> order = {0, 1, 2, 3, 4};  // 4 is p
+    const auto at = [&](int i) -> const Eigen::Vector3f& { return At(i == 4 ? p : v[i]); };
+    std::sort(order.begin(), order.end(), [&](int a, int b) {
+      return std::lexicographical_compare(at(a).begin(), at(a).end(), at(b).begin(), at(b).end());
+    });
+    for (int i = 4; i > 2; --i) {
+      if (order[i] == 4) return false;
+      std::array<int32_t, 4> w = v;
+      w[order[i]] = p;
+      const int side = Orientation(At(w[0]), At(w[1]), At(w[2]), At(w[3]));
+      if (side != 0) return side > 0;
+    }
+    return false;
+  }
+
+  void Insert(int32_t p) {
+    const int32_t start = Locate(At(p));
+    for (const int32_t v : cells_[start].vertex) {
+      if (v < 0 || At(v) != At(p)) continue;
+      complex_.duplicates.push_back({p, v});
+      return;
+    }
+    FindConflicts(start, p);
+    MakeStar(p);
+    for (const Side& side : boundary_) LinkStar(side);
+    for (const int32_t c : conflicts_) {
+      cells_[c].vertex[0] = kFreeCell;
+      free_.push_back(c);
+    }
+  }
+
+  struct Side {
+    int32_t cell;
+    int facet;
   };
-  for (auto it = delaunay->all_cells_begin(); it != delaunay->all_cells_end(); ++it) {
-    it->info() = delaunay->is_infinite(it) ? 1 : 0;
-    ++begin[bucket(*it) + 1];
-    complex->num_finite_cells += (it->info() == 0);
-  }
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  for (auto it = delaunay->all_cells_begin(); it != delaunay->all_cells_end(); ++it) {
-    it->info() = static_cast<int32_t>(begin[bucket(*it)]++);
-  }
-}
 
-void CopyCells(CellComplex* complex, const Delaunay& delaunay) {
-  complex->cells.resize(delaunay.tds().number_of_cells());
-  complex->incident_cell.assign(complex->points.size(), -1);
-  for (auto it = delaunay.all_cells_begin(); it != delaunay.all_cells_end(); ++it) {
-    Cell& cell = complex->cells[it->info()];
-    for (int k = 0; k < 4; ++k) {
-      cell.vertex[k] = it->vertex(k)->info();
-      cell.neighbor[k] = it->neighbor(k)->info();
-      cell.SetReverse(k, it->neighbor(k)->index(it));
+  void FindConflicts(int32_t start, int32_t p) {
+    mark_ += 2;  // mark_: in conflict; mark_ + 1: not
+    conflicts_.assign(1, start);
+    boundary_.clear();
+    cells_[start].distance = mark_;
+    for (size_t k = 0; k < conflicts_.size(); ++k) {
+      const int32_t c = conflicts_[k];
+      for (int i = 0; i < 4; ++i) {
+        const int32_t next = cells_[c].neighbor[i];
+        int32_t& mark = cells_[next].distance;
+        if (mark < mark_) {
+          mark = mark_ + (InConflict(cells_[next], p) ? 0 : 1);
+          if (mark == mark_) conflicts_.push_back(next);
+        }
+        if (mark != mark_) boundary_.push_back({c, i});
+      }
     }
   }
-  for (size_t c = complex->num_finite_cells; c-- > 0;) {
-    for (const int32_t v : complex->cells[c].vertex) {
-      complex->incident_cell[v] = static_cast<int32_t>(c);
+
+  void MakeStar(int32_t p) {
+    for (const Side& side : boundary_) {
+      int32_t made;
+      if (free_.empty()) {
+        made = static_cast<int32_t>(cells_.size());
+        cells_.emplace_back();
+      } else {
+        made = free_.back();
+        free_.pop_back();
+      }
+      Cell& old = cells_[side.cell];
+      Cell& cell = cells_[made];
+      cell.vertex = old.vertex;
+      cell.vertex[side.facet] = p;
+      cell.distance = 0;
+      old.capacity[side.facet] = made;
+      Link(made, side.facet, old.neighbor[side.facet], old.Reverse(side.facet));
+      hint_ = made;
     }
   }
-}
+
+  // Links the new cell behind a side of the hole to those behind the sides next to it.
+  void LinkStar(const Side& side) {
+    const int32_t made = cells_[side.cell].capacity[side.facet];
+    for (int j = 0; j < 4; ++j) {
+      if (j == side.facet) continue;
+      // Around the edge opposite to facet and j, through the hole, until it ends.
+      const int e = kEdgeOpposite[side.facet][j][0], f = kEdgeOpposite[side.facet][j][1];
+      const int32_t a = cells_[side.cell].vertex[e], b = cells_[side.cell].vertex[f];
+      int32_t current = side.cell;
+      int from = side.facet, to = j;
+      while (cells_[cells_[current].neighbor[to]].distance == mark_) {
+        from = cells_[current].Reverse(to);
+        current = cells_[current].neighbor[to];
+        const auto& v = cells_[current].vertex;
+        to = 0;
+        while (to == from || v[to] == a || v[to] == b) ++to;
+      }
+      Cell& cell = cells_[made];
+      cell.neighbor[j] = cells_[current].capacity[to];
+      cell.SetReverse(j, from);
+    }
+  }
+
+  static constexpr int kEdgeOpposite[4][4][2] = {{{0, 0}, {2, 3}, {1, 3}, {1, 2}},
+                                                 {{2, 3}, {0, 0}, {0, 3}, {0, 2}},
+                                                 {{1, 3}, {0, 3}, {0, 0}, {0, 1}},
+                                                 {{1, 2}, {0, 2}, {0, 1}, {0, 0}}};
+
+  // Drops unused cells and numbers the others: finite ones first, each part in the order of its lowest vertex, so that
+  // neighbours lie close. In place.
+  void SortCells() {
+    const size_t num_points = points_.size();
+    std::vector<uint32_t> begin(2 * num_points + 1, 0);
+    const auto bucket = [&](const Cell& cell) {
+      uint32_t lowest = std::numeric_limits<uint32_t>::max();
+      for (const int32_t v : cell.vertex) lowest = std::min(lowest, static_cast<uint32_t>(v));
+      return lowest + (InfiniteIndex(cell) >= 0 ? num_points : 0);
+    };
+    for (const Cell& cell : cells_) {
+      if (cell.vertex[0] != kFreeCell) ++begin[bucket(cell) + 1];
+    }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    complex_.num_finite_cells = begin[num_points];
+    const size_t num_cells = begin.back();
+    for (Cell& cell : cells_) {
+      cell.excess = cell.vertex[0] == kFreeCell ? -1 : static_cast<int32_t>(begin[bucket(cell)]++);
+    }
+    for (Cell& cell : cells_) {
+      if (cell.excess < 0) continue;
+      for (int32_t& neighbor : cell.neighbor) neighbor = cells_[neighbor].excess;
+    }
+    for (size_t i = 0; i < cells_.size(); ++i) {
+      while (cells_[i].excess >= 0 && static_cast<size_t>(cells_[i].excess) != i) {
+        std::swap(cells_[i], cells_[cells_[i].excess]);
+      }
+    }
+    cells_.resize(num_cells);
+    for (Cell& cell : cells_) {
+      cell.capacity = {};
+      cell.excess = cell.distance = 0;
+    }
+  }
+
+  void FindIncidentCells() {
+    for (size_t c = complex_.num_finite_cells; c-- > 0;) {
+      for (const int32_t v : cells_[c].vertex) complex_.incident_cell[v] = static_cast<int32_t>(c);
+    }
+  }
+
+  CellComplex complex_;
+  const std::vector<Eigen::Vector3f>& points_;
+  std::vector<Cell>& cells_ = complex_.cells;
+  int32_t hint_ = 0;
+  int32_t mark_ = 0;
+  std::vector<int32_t> conflicts_, free_;
+  std::vector<Side> boundary_;
+};
 
 }  // namespace
 
 CellComplex BuildDelaunay(std::vector<Eigen::Vector3f> points) {
-  CellComplex complex;
-  complex.points = std::move(points);
-  Delaunay delaunay;
-  Insert(&complex, &delaunay);
-  if (delaunay.dimension() < 3) return complex;
-  NumberCells(&complex, &delaunay);
-  CopyCells(&complex, delaunay);
-  return complex;
+  return DelaunayBuilder(std::move(points)).Run();
 }
 
 }  // namespace lsmvs
