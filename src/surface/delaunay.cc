@@ -32,10 +32,11 @@ std::vector<uint32_t> InsertionOrder(size_t count) {
   return order;
 }
 
-// Incremental construction (A. Bowyer; D. Watson, 1981): the cells whose circumspheres hold the new point make room for its star.
-// Ties of cospherical points are broken by a perturbation that depends on coordinates only (O. Devillers, M. Teillaud:
-// Perturbations for Delaunay and weighted Delaunay 3D triangulations, 2011), so the result does not depend on the order
-// of insertion. While it runs, a cell's `distance` is a mark and capacity[i] the new cell behind facet i.
+// Incremental construction (A. Bowyer; D. Watson, 1981): the cells whose circumspheres hold the new
+// point make room for its star. Ties of cospherical points are broken by a perturbation that
+// depends on coordinates only (O. Devillers, M. Teillaud: Perturbations for Delaunay and weighted
+// Delaunay 3D triangulations, 2011), so the result does not depend on the order of insertion. While
+// it runs, a cell's `distance` is a mark and capacity[i] the new cell behind facet i.
 class DelaunayBuilder {
  public:
   explicit DelaunayBuilder(std::vector<Eigen::Vector3f> points) : points_(complex_.points) {
@@ -110,7 +111,8 @@ class DelaunayBuilder {
       for (int32_t b = 1; b < 5; ++b) {
         if (a == b) continue;
         // They share the edge of the corners that are neither a - 1 nor b - 1.
-        Link(a, cells_[a].IndexOfVertex(corners[b - 1]), b, cells_[b].IndexOfVertex(corners[a - 1]));
+        Link(a, cells_[a].IndexOfVertex(corners[b - 1]), b,
+             cells_[b].IndexOfVertex(corners[a - 1]));
       }
     }
   }
@@ -135,8 +137,8 @@ class DelaunayBuilder {
     return -1;
   }
 
-  // The tetrahedron that holds x, or a cell at infinity that sees it. Walks from the last cell made, across facets that part the
-  // cell from x; in a Delaunay complex such walks end.
+  // The tetrahedron that holds x, or a cell at infinity that sees it. Walks from the last cell
+  // made, across facets that part the cell from x; in a Delaunay complex such walks end.
   int32_t Locate(const Eigen::Vector3f& x) const {
     int32_t current = hint_;
     if (const int k = InfiniteIndex(cells_[current]); k >= 0) current = cells_[current].neighbor[k];
@@ -267,8 +269,8 @@ class DelaunayBuilder {
                                                  {{1, 3}, {0, 3}, {0, 0}, {0, 1}},
                                                  {{1, 2}, {0, 2}, {0, 1}, {0, 0}}};
 
-  // Drops unused cells and numbers the others: finite ones first, each part in the order of its lowest vertex, so that
-  // neighbours lie close. In place.
+  // Drops unused cells and numbers the others: finite ones first, each part in the order of its
+  // lowest vertex, so that neighbours lie close. In place.
   void SortCells() {
     const size_t num_points = points_.size();
     std::vector<uint32_t> begin(2 * num_points + 1, 0);

@@ -21,13 +21,14 @@ struct Facet {
 
 class Extractor {
  public:
-  Extractor(const CellComplex& complex, const std::vector<uint32_t>& rank)
-      : complex_(complex), rank_(rank) {}
+  Extractor(CellComplex* complex, const std::vector<uint32_t>& rank)
+      : complex_(*complex), rank_(rank) {}
 
   ExtractedSurface Run() {
     CollectFacets();
     result_.num_cut_facets = facets_.size();
     PairFacets();
+    std::vector<Cell>().swap(complex_.cells);
     NumberCorners();
     WriteMesh();
     SplitSharedEdges();
@@ -89,43 +90,36 @@ class Extractor {
   }
 
   void PairFacets() {
-    // Facet of (cell, index), found through the cells, sorted.
-    std::vector<std::pair<int64_t, int32_t>> position;
-    position.reserve(facets_.size());
+    // The cut is done: the capacities of the cells can hold the facets' positions.
     for (size_t f = 0; f < facets_.size(); ++f) {
-      position.push_back({Key(facets_[f].cell, facets_[f].index), static_cast<int32_t>(f)});
+      complex_.cells[facets_[f].cell].capacity[facets_[f].index] = static_cast<int32_t>(f);
     }
-    std::sort(position.begin(), position.end());
     for (Facet& facet : facets_) {
       for (int k = 0; k < 3; ++k) {
         const auto [cell, index] = Opposite(facet, k);
-        if (cell < 0) continue;
-        facet.partner[k] = std::lower_bound(position.begin(), position.end(),
-                                            std::pair(Key(cell, index), int32_t{0}))
-                               ->second;
+        facet.partner[k] = cell < 0 ? -1 : complex_.cells[cell].capacity[index];
       }
     }
   }
-  static int64_t Key(int32_t cell, int index) { return static_cast<int64_t>(cell) * 4 + index; }
 
-  size_t FindFan(size_t corner) {
+  uint32_t FindFan(uint32_t corner) {
     while (fan_[corner] != corner) corner = fan_[corner] = fan_[fan_[corner]];
     return corner;
   }
-  void JoinFans(size_t a, size_t b) {
+  void JoinFans(uint32_t a, uint32_t b) {
     a = FindFan(a);
     b = FindFan(b);
     fan_[std::max(a, b)] = std::min(a, b);
   }
-  size_t CornerOf(size_t f, int32_t vertex) const {
+  uint32_t CornerOf(size_t f, int32_t vertex) const {
     const auto& v = facets_[f].vertex;
-    return 3 * f + (v[0] == vertex ? 0 : v[1] == vertex ? 1 : 2);
+    return static_cast<uint32_t>(3 * f + (v[0] == vertex ? 0 : v[1] == vertex ? 1 : 2));
   }
 
   // One mesh vertex for each fan of corners that are joined across edges.
   void NumberCorners() {
     fan_.resize(3 * facets_.size());
-    std::iota(fan_.begin(), fan_.end(), size_t{0});
+    std::iota(fan_.begin(), fan_.end(), 0u);
     for (size_t f = 0; f < facets_.size(); ++f) {
       for (int k = 0; k < 3; ++k) {
         const int32_t partner = facets_[f].partner[k];
@@ -137,10 +131,10 @@ class Extractor {
     }
     struct Fan {
       uint32_t rank;
-      size_t corner;
+      uint32_t corner;
     };
     std::vector<Fan> fans;
-    for (size_t corner = 0; corner < fan_.size(); ++corner) {
+    for (uint32_t corner = 0; corner < fan_.size(); ++corner) {
       if (FindFan(corner) == corner) fans.push_back({rank_[VertexAt(corner)], corner});
     }
     std::sort(fans.begin(), fans.end(), [](const Fan& a, const Fan& b) {
@@ -154,7 +148,7 @@ class Extractor {
       result_.mesh.vertices.push_back(complex_.points[point].cast<double>());
       corner_vertex_[fans[i].corner] = static_cast<int32_t>(i);
     }
-    for (size_t corner = 0; corner < fan_.size(); ++corner) {
+    for (uint32_t corner = 0; corner < fan_.size(); ++corner) {
       corner_vertex_[corner] = corner_vertex_[FindFan(corner)];
     }
   }
@@ -167,6 +161,28 @@ class Extractor {
     }
   }
 
+  uint64_t EdgeKey(size_t f, int k) const {
+    const Eigen::Vector3i& face = result_.mesh.faces[f];
+    const auto a = static_cast<uint64_t>(face[k]), b = static_cast<uint64_t>(face[(k + 1) % 3]);
+    return std::min(a, b) << 32 | std::max(a, b);
+  }
+
+  std::vector<uint64_t> EdgesOfManyFaces() const {
+    std::vector<uint64_t> keys;
+    keys.reserve(3 * facets_.size());
+    for (size_t f = 0; f < facets_.size(); ++f) {
+      for (int k = 0; k < 3; ++k) keys.push_back(EdgeKey(f, k));
+    }
+    std::sort(keys.begin(), keys.end());
+    std::vector<uint64_t> result;
+    for (size_t i = 2; i < keys.size(); ++i) {
+      if (keys[i] == keys[i - 2] && (result.empty() || result.back() != keys[i])) {
+        result.push_back(keys[i]);
+      }
+    }
+    return result;
+  }
+
   // Edges of which both ends are in one fan each, but which still join more than one pair of
   // facets.
   void SplitSharedEdges() {
@@ -175,14 +191,16 @@ class Extractor {
       size_t facet, pair;  // pair: the lower facet of the two that are joined here
       int k;
     };
+    const std::vector<uint64_t> shared_edges = EdgesOfManyFaces();
     std::vector<HalfEdge> edges;
-    for (size_t f = 0; f < facets_.size(); ++f) {
+    for (size_t f = 0; f < facets_.size() && !shared_edges.empty(); ++f) {
       for (int k = 0; k < 3; ++k) {
-        const Eigen::Vector3i& face = result_.mesh.faces[f];
+        const uint64_t key = EdgeKey(f, k);
+        if (!std::binary_search(shared_edges.begin(), shared_edges.end(), key)) continue;
         const int32_t partner = facets_[f].partner[k];
         const size_t pair = partner < 0 ? f : std::min(f, static_cast<size_t>(partner));
-        edges.push_back({std::min(face[k], face[(k + 1) % 3]), std::max(face[k], face[(k + 1) % 3]),
-                         f, pair, k});
+        edges.push_back(
+            {static_cast<int32_t>(key >> 32), static_cast<int32_t>(key & 0xFFFFFFFFu), f, pair, k});
       }
     }
     std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
@@ -245,19 +263,18 @@ class Extractor {
     }
   }
 
-  const CellComplex& complex_;
+  CellComplex& complex_;
   const std::vector<uint32_t>& rank_;
   std::vector<Facet> facets_;
-  std::vector<size_t> fan_;
+  std::vector<uint32_t> fan_;
   std::vector<int32_t> corner_vertex_;
   ExtractedSurface result_;
 };
 
 }  // namespace
 
-ExtractedSurface ExtractSurface(const CellComplex& complex,
-                                const std::vector<uint32_t>& vertex_rank) {
-  return Extractor(complex, vertex_rank).Run();
+ExtractedSurface ExtractSurface(CellComplex complex, const std::vector<uint32_t>& vertex_rank) {
+  return Extractor(&complex, vertex_rank).Run();
 }
 
 }  // namespace lsmvs

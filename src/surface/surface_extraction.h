@@ -25,7 +25,7 @@ struct ExtractedSurface {
 // each further pair. So the result is manifold, geometrically the whole of the cut, and free of
 // self-intersections (it may touch itself). Order: independent of that of the cells: vertices by
 // `vertex_rank`, faces by their vertices. O(n log n).
-ExtractedSurface ExtractSurface(const CellComplex& complex,
-                                const std::vector<uint32_t>& vertex_rank);
+// Frees the cells as soon as it can.
+ExtractedSurface ExtractSurface(CellComplex complex, const std::vector<uint32_t>& vertex_rank);
 
 }  // namespace lsmvs

@@ -89,8 +89,7 @@ class Mesher {
   }
 
   void Extract() {
-    surface_ = ExtractSurface(complex_, merged_.first_point);
-    complex_ = {};
+    surface_ = ExtractSurface(std::move(complex_), merged_.first_point);
     result_.counters.num_cut_facets = surface_.num_cut_facets;
     result_.counters.num_split_vertices = surface_.num_split_vertices;
   }

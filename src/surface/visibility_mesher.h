@@ -20,7 +20,7 @@ namespace lsmvs {
 struct VisibilityMesherOptions {
   // Points closer than this in their views become one vertex that keeps all their views. Pixels; 0
   // merges exact duplicates only. Raising it makes a smaller, smoother mesh faster.
-  double max_proj_dist = 2.0;
+  double max_proj_dist = 2.35;
   // Points merge only if their depths differ by less than this fraction. Raising it merges more
   // along the viewing rays.
   double max_depth_dist = 0.01;
@@ -53,7 +53,7 @@ struct VisibilityMesherOptions {
   int max_hole_edges = 40;
   // Steps of volume-preserving smoothing after the cut. 0 returns the vertices where they were
   // measured.
-  int smoothing_iterations = 2;
+  int smoothing_iterations = 0;
 
   // "VisibilityMeshing.<field>".
   void Describe(OptionSet* options);

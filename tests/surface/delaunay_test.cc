@@ -94,13 +94,12 @@ Points RandomPoints(int count, int seed) {
   std::mt19937 random(static_cast<unsigned>(seed));
   std::uniform_real_distribution<float> uniform(-1, 1);
   Points points;
-  for (int i = 0; i < count; ++i) points.emplace_back(uniform(random), uniform(random), uniform(random));
+  for (int i = 0; i < count; ++i)
+    points.emplace_back(uniform(random), uniform(random), uniform(random));
   return points;
 }
 
-TEST(Delaunay, OneTetrahedron) {
-  ExpectDelaunay({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
-}
+TEST(Delaunay, OneTetrahedron) { ExpectDelaunay({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}); }
 
 TEST(Delaunay, AgreesWithOracleInACube) { ExpectDelaunay(RandomPoints(3000, 1)); }
 
