@@ -112,11 +112,21 @@ std::vector<Stand> MakeStands(const SyntheticSceneOptions& options, const Intere
   return stands;
 }
 
-// Median over surface points and the views that see them of depth / focal length.
-double MedianGsd(const Shape& shape, Scene scene, uint64_t seed, const RunContext& context) {
-  constexpr size_t kNumPoints = 1000;
-  scene.points = SampleSparsePoints(shape, scene, kNumPoints, 0.0, seed, context);
-  return GroundSamplingDistance(scene);
+// Adds the sparse points and finds the gsd: the median over exact points, of which there are enough
+// even if none are asked for.
+void AddSparsePoints(const SyntheticSceneOptions& options, const RunContext& context,
+                     SyntheticScene* result) {
+  constexpr size_t kMinPointsForGsd = 1000;
+  const auto num_points = static_cast<size_t>(options.num_sparse_points);
+  Scene& scene = result->scene;
+  scene.points = SampleSparsePoints(*result->shape, scene, std::max(num_points, kMinPointsForGsd),
+                                    0.0, options.seed + 1, context);
+  result->gsd = GroundSamplingDistance(scene);
+  scene.points.resize(num_points);
+  for (size_t p = 0; p < num_points; ++p) {
+    Random random(options.seed + 4, p);
+    scene.points[p].x_in_world += options.sparse_noise_px * result->gsd * random.Gaussian3();
+  }
 }
 
 }  // namespace
@@ -160,12 +170,7 @@ SyntheticScene MakeScene(const SyntheticSceneOptions& options, const RunContext&
     std::string& name = result.scene.views.back().name;
     name = std::filesystem::path(name).replace_extension(options.image_extension).string();
   }
-  result.gsd = MedianGsd(*result.shape, result.scene, options.seed, context);
-  if (options.num_sparse_points > 0) {
-    result.scene.points = SampleSparsePoints(
-        *result.shape, result.scene, static_cast<size_t>(options.num_sparse_points),
-        options.sparse_noise_px * result.gsd, options.seed + 1, context);
-  }
+  AddSparsePoints(options, context, &result);
   result.photo.texture.finest_wavelength = 2.5 * result.gsd;
   result.photo.texture.coarsest_wavelength = 80.0 * result.gsd;
   result.photo.texture.weak_zone_size = 100.0 * result.gsd;
