@@ -20,6 +20,9 @@ namespace lsmvs {
 // float. A surface that the plane fits to second order keeps a bias of its sagitta over 0.7 pixels:
 // 0.001 pixels for a sphere of 250 pixels' radius. Samples without normal, or seen at less than 5
 // degrees from their plane, keep their depth.
+//
+// That reads every map as COLMAP's own fusion does, and corrects nothing in maps that its
+// patch_match_stereo made.
 
 // Width x height of the map, or nothing if it is missing or not complete (a killed run leaves
 // cut-off files). Reads the header only and compares with the file's size.

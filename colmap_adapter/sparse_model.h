@@ -112,8 +112,8 @@ struct SparseModel {
 };
 
 // Positions in model.images, in the order of COLMAP's list of registered images, which is what the
-// indices of fused.ply.vis mean: the order of the frames, and in each by sensor, where there are any;
-// else that of the images. The model must be consistent.
+// indices of fused.ply.vis mean: the order of the frames, and in each by sensor, where there are
+// any; else that of the images. The model must be consistent.
 std::vector<size_t> RegisteredImageOrder(const SparseModel& model);
 
 // Gives each camera a rig of its own and each image a frame of its own, with the camera's and the

@@ -7,6 +7,7 @@ cd "$(dirname "$0")/.."
 preset=${1:-release}
 shift || true
 scripts/setup.sh --test
+scripts/setup_pycolmap.sh || echo "note: no pycolmap; the tests that need it are skipped" >&2
 scripts/build.sh "$preset"
 export ASAN_OPTIONS=${ASAN_OPTIONS:-detect_leaks=1:allocator_may_return_null=0}
 export UBSAN_OPTIONS=${UBSAN_OPTIONS:-print_stacktrace=1}
