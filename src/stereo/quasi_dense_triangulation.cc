@@ -82,7 +82,7 @@ struct PointOptimizer::Solver {
 PointOptimizer::PointOptimizer(double loss_scale_px) : solver_(std::make_unique<Solver>()) {
   solver_->loss_scale_px = loss_scale_px;
   auto& options = solver_->tiny.options;
-  options.max_num_iterations = 15;
+  options.max_num_iterations = 50;
   options.gradient_tolerance = 1e-8;
   options.parameter_tolerance = 1e-6;
   options.function_tolerance = 1e-10;
