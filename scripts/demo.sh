@@ -8,6 +8,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 photos=${1:-}
+case $photos in -h | --help) sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"; exit ;; esac
 if [ -n "$photos" ]; then
   [ -d "$photos" ] || { echo "error: $photos is not a folder of photos" >&2; exit 2; }
   photos=$(cd "$photos" && pwd)
@@ -31,8 +32,8 @@ step() {
   printf '%5d s\n' $((SECONDS - begin))
 }
 
-# Whether the installed colmap knows an option: they were renamed in 4.0.
-knows() { colmap "$1" --help 2>/dev/null | grep -q -- "--$2 "; }
+# Whether a command of the installed colmap knows an option: some were renamed in 4.0.
+knows() { colmap "$1" --help 2>/dev/null | grep -- "--$2 " >/dev/null; }
 
 render_scene() {
   "$bin/make_synthetic_workspace" --output "$project" --format photos --image_extension jpg \
