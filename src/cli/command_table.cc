@@ -6,6 +6,7 @@ namespace lsmvs {
 
 const std::vector<CommandFactory>& CommandTable() {
   static const std::vector<CommandFactory> table = {
+      MakeQuasiDenseMatcher,
       MakeMeshEvaluator,
       MakeMeshRenderer,
       MakeMeshComparer,

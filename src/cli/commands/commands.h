@@ -11,5 +11,6 @@ namespace lsmvs {
 std::unique_ptr<Command> MakeMeshComparer();
 std::unique_ptr<Command> MakeMeshEvaluator();
 std::unique_ptr<Command> MakeMeshRenderer();
+std::unique_ptr<Command> MakeQuasiDenseMatcher();
 
 }  // namespace lsmvs
