@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <vector>
 
+#include "lsmvs/image/raster.h"
 #include "lsmvs/stereo/packed_image.h"
 
 namespace lsmvs {
@@ -34,6 +37,28 @@ struct WindowShape {
   int Side() const { return 2 * half + 1; }
   int NumSamples() const { return Side() * Side(); }
 };
+
+// What the samples of a window weigh.
+struct PatchWeights {
+  PatchWeights() = default;
+  // Gaussians over the distance from the centre (pixels) and the difference from its grey value
+  // (0-255).
+  PatchWeights(const WindowShape& shape, double sigma_px, double sigma_gray);
+
+  WindowShape window;
+  std::vector<float> spatial;  // a sample
+  std::vector<float> color;    // by |grey difference| in steps of 1/kColorSteps
+};
+constexpr int kColorSteps = 2;
+
+struct PixelPosition {
+  int column, row;
+};
+using PacketPixels = std::array<PixelPosition, kPacketSize>;
+
+// Fills a packet: bilateral weights, weighted greys, variances. Samples outside the image weigh 0.
+void BuildPatch(const GrayImage& gray, const PatchWeights& weights, const PacketPixels& pixels,
+                PatchPacket* patch);
 
 // Maps reference pixels to a source image: homogeneous source coordinates of reference image
 // coordinates (u, v) at inverse depth q are M (u, v, 1) + e q. Source coordinates are those of
