@@ -17,15 +17,15 @@ constexpr size_t kBlock = 512;
 constexpr double kNearSigmas = 4;  // beyond, a facet's weight is that of the ray up to 3e-4
 
 // Sum that saturates: as all addends are positive, the result does not depend on their order.
+// Threads may overshoot: what they leave above the limit is cut off at the end.
 template <bool kShared>
 void AddSaturated(int32_t* sum, int32_t amount) {
   if constexpr (!kShared) {
     *sum = std::min(CutNode::kMaxCapacity, *sum + amount);
   } else {
     std::atomic_ref<int32_t> shared(*sum);
-    int32_t old = shared.load(std::memory_order_relaxed);
-    while (!shared.compare_exchange_weak(old, std::min(CutNode::kMaxCapacity, old + amount),
-                                         std::memory_order_relaxed)) {
+    if (shared.load(std::memory_order_relaxed) < CutNode::kMaxCapacity) {
+      shared.fetch_add(amount, std::memory_order_relaxed);
     }
   }
 }
@@ -50,7 +50,7 @@ class RayWeigher {
         complex_(*complex),
         walker_(*complex) {}
 
-  // All rays of one vertex.
+  // All rays of one vertex. They may still be on their way afterwards.
   void Weigh(size_t point) {
     const int32_t vertex = VertexOf(point);
     const double sigma = sigmas_[vertex];
@@ -61,9 +61,14 @@ class RayWeigher {
       if (!(distance > 0)) continue;
       ++counters_.num_rays;
       const Eigen::Vector3d direction = to_center / distance;
-      WeighFront(vertex, direction, distance, sigma, sight.support);
+      StartFront(vertex, direction, distance, sigma, sight.support);
       WeighBack(vertex, -direction, options_.sink_distance_factor * sigma, sight.support);
     }
+  }
+
+  // Walks the rays on their way to their ends.
+  void Finish() {
+    while (num_lanes_ > 0) StepLanes();
   }
 
   const VisibilityWeightCounters& counters() const { return counters_; }
@@ -75,20 +80,53 @@ class RayWeigher {
     return (*std::lower_bound(complex_.duplicates.begin(), complex_.duplicates.end(), key))[1];
   }
 
-  void WeighFront(int32_t vertex, const Eigen::Vector3d& direction, double distance, double sigma,
+  static constexpr size_t kNumLanes = 8;
+  struct Lane {
+    RayWalker::Ray ray;
+    double support, falloff;  // -1 / (2 sigma^2)
+    int32_t full;             // capacity of the support
+  };
+
+  void StartFront(int32_t vertex, const Eigen::Vector3d& direction, double distance, double sigma,
                   double support) {
-    const double falloff = -0.5 / (sigma * sigma), near = kNearSigmas * sigma;
-    const int32_t full = ToCapacity(support);
-    const auto cross = [&](int32_t cell, int facet, double d) {
-      const int32_t weight = d < near ? ToCapacity(-support * std::expm1(falloff * d * d)) : full;
-      AddSaturated<kShared>(&complex_.cells[cell].capacity[facet], weight);
-    };
-    const RayWalker::End end = walker_.Walk(vertex, direction, distance, near, cross);
+    while (num_lanes_ == kNumLanes) StepLanes();
+    Lane& lane = lanes_[num_lanes_];
+    lane.support = support;
+    lane.falloff = -0.5 / (sigma * sigma);
+    lane.full = ToCapacity(support);
+    if (walker_.Start(vertex, direction, distance, kNearSigmas * sigma, &lane.ray)) {
+      ++num_lanes_;
+    } else {
+      EndFront(lane);
+    }
+  }
+
+  // One step of each.
+  void StepLanes() {
+    for (size_t i = 0; i < num_lanes_;) {
+      Lane& lane = lanes_[i];
+      const auto cross = [&](int32_t cell, int facet, double d) {
+        const int32_t weight = d < lane.ray.near
+                                   ? ToCapacity(-lane.support * std::expm1(lane.falloff * d * d))
+                                   : lane.full;
+        AddSaturated<kShared>(&complex_.cells[cell].capacity[facet], weight);
+      };
+      if (walker_.Step(&lane.ray, cross)) {
+        ++i;
+      } else {
+        EndFront(lane);
+        if (i != --num_lanes_) lanes_[i] = lanes_[num_lanes_];
+      }
+    }
+  }
+
+  void EndFront(const Lane& lane) {
+    const RayWalker::End end = walker_.EndOf(lane.ray);
     counters_.num_crossings += end.num_crossings;
     counters_.num_lost_rays += (end.cell < 0);
     if (end.cell < 0) return;
     AddSaturated<kShared>(&complex_.cells[end.cell].distance,
-                          complex_.IsInfinite(end.cell) ? full : CutNode::kMaxCapacity);
+                          complex_.IsInfinite(end.cell) ? lane.full : CutNode::kMaxCapacity);
   }
 
   void WeighBack(int32_t vertex, const Eigen::Vector3d& direction, double distance,
@@ -104,6 +142,8 @@ class RayWeigher {
   const VisibilityWeightOptions& options_;
   CellComplex& complex_;
   RayWalker walker_;
+  std::array<Lane, kNumLanes> lanes_;
+  size_t num_lanes_ = 0;
   VisibilityWeightCounters counters_;
 };
 
@@ -119,6 +159,7 @@ VisibilityWeightCounters WeighRays(const MergedCloud& cloud,
   ParallelBlocks(context, complex->points.size(), kBlock, [&](size_t begin, size_t end) {
     RayWeigher<kShared> weigher(cloud, centers, sigmas, options, complex);
     for (size_t v = begin; v < end; ++v) weigher.Weigh(v);
+    weigher.Finish();
     const std::scoped_lock lock(mutex);
     total.num_rays += weigher.counters().num_rays;
     total.num_crossings += weigher.counters().num_crossings;
@@ -175,9 +216,13 @@ void WeighQuality(double regularization, const RunContext& context, CellComplex*
   });
 }
 
-// What is tied to source and to sink cancels.
+// What is tied to source and to sink cancels; sums end at the limit.
 void JoinTerminals(CellComplex* complex) {
+  const auto limit = [](int32_t* sum) { *sum = std::min(*sum, CutNode::kMaxCapacity); };
   for (Cell& cell : complex->cells) {
+    for (int32_t& capacity : cell.capacity) limit(&capacity);
+    limit(&cell.distance);
+    limit(&cell.excess);
     cell.excess = cell.distance - cell.excess;
     cell.distance = 0;
   }
