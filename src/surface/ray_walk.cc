@@ -10,9 +10,12 @@ namespace {
 void SetFrame(const Eigen::Vector3d& direction, RayWalker::Ray* ray) {
   const double x = direction.x(), y = direction.y(), z = direction.z();
   const double sign = std::copysign(1.0, z), a = -1.0 / (sign + z), b = x * y * a;
-  ray->u = {1.0 + sign * x * x * a, sign * b, -sign * x};
-  ray->v = {b, sign + y * y * a, -y};
-  ray->w = direction;
+  Eigen::Matrix<double, 4, 3> frame;
+  frame.row(0) << 1.0 + sign * x * x * a, sign * b, -sign * x;
+  frame.row(1) << b, sign + y * y * a, -y;
+  frame.row(2) = direction.transpose();
+  frame.row(3).setZero();
+  for (int k = 0; k < 3; ++k) ray->axes[k] = frame.col(k).cast<float>();
 }
 
 }  // namespace
@@ -20,30 +23,36 @@ void SetFrame(const Eigen::Vector3d& direction, RayWalker::Ray* ray) {
 bool RayWalker::TurnsLeftTilted(const Projected& a, const Projected& b) {
   // The target moves by (e, e^2), so that (x, y) becomes (x - e z, y - e^2 z): terms in e, then in
   // e^2.
-  const double first = static_cast<double>(a.y) * b.z - static_cast<double>(a.z) * b.y;
+  const Eigen::Vector4d p = a.x.cast<double>(), q = b.x.cast<double>();
+  const double first = p[1] * q[2] - p[2] * q[1];
   if (first != 0) return first > 0;
-  const double second = static_cast<double>(a.z) * b.x - static_cast<double>(a.x) * b.z;
+  const double second = p[2] * q[0] - p[0] * q[2];
   if (second != 0) return second > 0;
   return a.vertex < b.vertex;
 }
 
+RayWalker::RayWalker(const CellComplex& complex) : complex_(complex) {
+  points_.reserve(complex.points.size());
+  for (const Eigen::Vector3f& x : complex.points) points_.emplace_back(x.x(), x.y(), x.z(), 0.0f);
+}
+
 double RayWalker::Depth(const std::array<Projected, 3>& corners) {
-  const auto turn = [&](int i, int j) {
-    return static_cast<double>(corners[i].x) * corners[j].y -
-           static_cast<double>(corners[i].y) * corners[j].x;
+  const Eigen::Vector4f &p = corners[0].x, &q = corners[1].x, &r = corners[2].x;
+  const auto turn = [](const Eigen::Vector4f& s, const Eigen::Vector4f& t) {
+    return static_cast<double>(s[0]) * t[1] - static_cast<double>(s[1]) * t[0];
   };
-  const double a = turn(1, 2), b = turn(2, 0), c = turn(0, 1), sum = a + b + c;
-  if (sum <= 0) return std::min({corners[0].z, corners[1].z, corners[2].z});
-  return (a * corners[0].z + b * corners[1].z + c * corners[2].z) / sum;
+  const double a = turn(q, r), b = turn(r, p), c = turn(p, q), sum = a + b + c;
+  if (sum <= 0) return std::min({p[2], q[2], r[2]});
+  return (a * p[2] + b * q[2] + c * r[2]) / sum;
 }
 
 bool RayWalker::Start(int32_t vertex, const Eigen::Vector3d& direction, double length,
                       double near_distance, Ray* ray) const {
-  ray->origin = complex_.points[vertex].cast<double>();
+  ray->origin = points_[vertex];
   SetFrame(direction, ray);
-  ray->length = length;
+  ray->length = static_cast<float>(length);
   ray->near = static_cast<float>(near_distance);
-  ray->far = static_cast<float>(length);
+  ray->careful = true;
   ray->num_crossings = 0;
   const int exit = FindStart(vertex, ray);
   if (exit < 0) return false;

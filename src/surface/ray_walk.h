@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "lsmvs/surface/cell_complex.h"
 
@@ -26,28 +27,31 @@ class RayWalker {
   };
   // A vertex in the frame of the ray: z along it.
   struct Projected {
+    Eigen::Vector4f x;  // x, y, z; the fourth means nothing
     int32_t vertex = 0;
-    float x = 0, y = 0, z = 0;
   };
   // A ray on its way. Several of them, stepped in turn, hide each other's memory latency.
   struct Ray {
-    Eigen::Vector3d origin, u, v, w;     // w along the ray
-    std::array<Projected, 3> corners;    // of the facet that is crossed next, counter-clockwise
-    int32_t current = -1, next = -1;     // the cells before and behind it
-    int32_t entry = 0;                   // the facet in `next`
+    Eigen::Vector4f origin;
+    std::array<Eigen::Vector4f, 3>
+        axes;  // what a step along x, y, z of the world is in the ray's frame
+    std::array<Projected, 3> corners;  // of the facet that is crossed next, counter-clockwise
+    int32_t current = -1, next = -1;   // the cells before and behind it
+    int32_t entry = 0;                 // the facet in `next`
     uint32_t num_crossings = 0;
-    double length = 0;
-    float near = 0, far = 0;
+    float near = 0, length = 0;
+    bool careful = true;  // near one of the ends: distances matter
   };
 
-  explicit RayWalker(const CellComplex& complex) : complex_(complex) {}
+  // Copies the points: 16 bytes each.
+  explicit RayWalker(const CellComplex& complex);
 
   // Sets off from `vertex` in `direction` (unit length). False if the ray ends at once: see EndOf.
   bool Start(int32_t vertex, const Eigen::Vector3d& direction, double length, double near_distance,
              Ray* ray) const;
-  // Crosses the next facet and calls on_cross(cell, facet, distance) with the cell that is *entered*, the facet in it and
-  // the distance from the vertex, which is exact up to rounding below near_distance and not less than near_distance
-  // beyond. False at the end.
+  // Crosses the next facet and calls on_cross(cell, facet, distance) with the cell that is
+  // *entered*, the facet in it and the distance from the vertex, which is exact up to rounding
+  // below near_distance and not less than near_distance beyond. False at the end.
   template <class OnCross>
   bool Step(Ray* ray, const OnCross& on_cross) const;
   End EndOf(const Ray& ray) const { return {ray.current, ray.num_crossings}; }
@@ -63,24 +67,26 @@ class RayWalker {
   }
 
  private:
+  // Single precision moves far vertices sideways by 1e-7 of their distance at most, the same for
+  // all cells they belong to.
   Projected Project(const Ray& ray, int32_t vertex) const {
-    const Eigen::Vector3f& p = complex_.points[vertex];
-    const double x = p.x() - ray.origin[0], y = p.y() - ray.origin[1], z = p.z() - ray.origin[2];
-    return {vertex, static_cast<float>(ray.u[0] * x + ray.u[1] * y + ray.u[2] * z),
-            static_cast<float>(ray.v[0] * x + ray.v[1] * y + ray.v[2] * z),
-            static_cast<float>(ray.w[0] * x + ray.w[1] * y + ray.w[2] * z)};
+    const Eigen::Vector4f d = points_[vertex] - ray.origin;
+    return {ray.axes[0] * d[0] + ray.axes[1] * d[1] + ray.axes[2] * d[2], vertex};
   }
   // Whether b lies counter-clockwise of a seen against the ray, ties broken by tilting the ray.
   static bool TurnsLeft(const Projected& a, const Projected& b) {
-    const double left = static_cast<double>(a.x) * b.y, right = static_cast<double>(a.y) * b.x;
-    if (left == right) [[unlikely]] return TurnsLeftTilted(a, b);
+    const double left = static_cast<double>(a.x[0]) * b.x[1];
+    const double right = static_cast<double>(a.x[1]) * b.x[0];
+    if (left == right) [[unlikely]]
+      return TurnsLeftTilted(a, b);
     return left > right;
   }
   static bool TurnsLeftTilted(const Projected& a, const Projected& b);
   // Where the ray crosses the triangle.
   static double Depth(const std::array<Projected, 3>& corners);
-  // Finds the cell around `vertex` into which the ray starts, and the facet through which it leaves it, which becomes the
-  // ray's corners; returns its index. -1: there is none, the ray ends at once.
+  // Finds the cell around `vertex` into which the ray starts, and the facet through which it leaves
+  // it, which becomes the ray's corners; returns its index. -1: there is none, the ray ends at
+  // once.
   int FindStart(int32_t vertex, Ray* ray) const;
   void LeaveThrough(int exit, Ray* ray) const {
     const Cell& cell = complex_.cells[ray->current];
@@ -90,17 +96,18 @@ class RayWalker {
   }
 
   const CellComplex& complex_;
+  std::vector<Eigen::Vector4f> points_;
 };
 
 template <class OnCross>
 bool RayWalker::Step(Ray* ray, const OnCross& on_cross) const {
   auto& corners = ray->corners;
-  const float lowest = std::min({corners[0].z, corners[1].z, corners[2].z});
-  const float highest = std::max({corners[0].z, corners[1].z, corners[2].z});
-  double distance = lowest;
-  if (lowest < ray->near || highest >= ray->far) {
+  double distance = ray->near;
+  if (ray->careful) {
     distance = Depth(corners);
     if (distance >= ray->length) return false;
+    const auto beyond = [&](const Projected& corner) { return corner.x[2] >= ray->length; };
+    ray->careful = distance < ray->near || std::any_of(corners.begin(), corners.end(), beyond);
   }
   on_cross(ray->next, ray->entry, distance);
   ++ray->num_crossings;
@@ -108,11 +115,13 @@ bool RayWalker::Step(Ray* ray, const OnCross& on_cross) const {
   if (complex_.IsInfinite(ray->current)) return false;
   const Cell& cell = complex_.cells[ray->current];
   const Projected d = Project(*ray, cell.vertex[ray->entry]);
-  // The way out is (a, b, d), (b, c, d) or (c, a, d): the third corner is replaced by d. Without branches, as nobody can
-  // predict them.
+  // The way out is (a, b, d), (b, c, d) or (c, a, d): the third corner is replaced by d. Without
+  // branches, as nobody can predict them.
   constexpr std::array<uint8_t, 4> kReplaced = {1, 0, 2, 1};
   const unsigned left_of_b = TurnsLeft(corners[1], d);
   const unsigned left_of_other = TurnsLeft(corners[2 - 2 * left_of_b], d);
+  if (d.x[2] >= ray->length) [[unlikely]]
+    ray->careful = true;
   Projected& replaced = corners[kReplaced[2 * left_of_b + left_of_other]];
   const int32_t dropped = replaced.vertex;
   replaced = d;

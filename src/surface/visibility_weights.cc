@@ -42,13 +42,13 @@ class RayWeigher {
  public:
   RayWeigher(const MergedCloud& cloud, const std::vector<Eigen::Vector3d>& centers,
              const std::vector<float>& sigmas, const VisibilityWeightOptions& options,
-             CellComplex* complex)
+             const RayWalker& walker, CellComplex* complex)
       : cloud_(cloud),
         centers_(centers),
         sigmas_(sigmas),
         options_(options),
         complex_(*complex),
-        walker_(*complex) {}
+        walker_(walker) {}
 
   // All rays of one vertex. They may still be on their way afterwards.
   void Weigh(size_t point) {
@@ -141,7 +141,7 @@ class RayWeigher {
   const std::vector<float>& sigmas_;
   const VisibilityWeightOptions& options_;
   CellComplex& complex_;
-  RayWalker walker_;
+  const RayWalker& walker_;
   std::array<Lane, kNumLanes> lanes_;
   size_t num_lanes_ = 0;
   VisibilityWeightCounters counters_;
@@ -153,11 +153,12 @@ VisibilityWeightCounters WeighRays(const MergedCloud& cloud,
                                    const std::vector<float>& sigmas,
                                    const VisibilityWeightOptions& options,
                                    const RunContext& context, CellComplex* complex) {
+  const RayWalker walker(*complex);
   VisibilityWeightCounters total;
   std::mutex mutex;
   std::atomic<size_t> num_done = 0;
   ParallelBlocks(context, complex->points.size(), kBlock, [&](size_t begin, size_t end) {
-    RayWeigher<kShared> weigher(cloud, centers, sigmas, options, complex);
+    RayWeigher<kShared> weigher(cloud, centers, sigmas, options, walker, complex);
     for (size_t v = begin; v < end; ++v) weigher.Weigh(v);
     weigher.Finish();
     const std::scoped_lock lock(mutex);
