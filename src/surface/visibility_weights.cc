@@ -61,7 +61,7 @@ class RayWeigher {
       if (!(distance > 0)) continue;
       ++counters_.num_rays;
       const Eigen::Vector3d direction = to_center / distance;
-      StartFront(vertex, direction, distance, sigma, sight.support);
+      StartFront(vertex, sight, direction, distance, sigma);
       WeighBack(vertex, -direction, options_.sink_distance_factor * sigma, sight.support);
     }
   }
@@ -85,15 +85,19 @@ class RayWeigher {
     RayWalker::Ray ray;
     double support, falloff;  // -1 / (2 sigma^2)
     int32_t full;             // capacity of the support
+    int32_t vertex;
+    Eigen::Vector3d center;  // of the view
   };
 
-  void StartFront(int32_t vertex, const Eigen::Vector3d& direction, double distance, double sigma,
-                  double support) {
+  void StartFront(int32_t vertex, const Sight& sight, const Eigen::Vector3d& direction,
+                  double distance, double sigma) {
     while (num_lanes_ == kNumLanes) StepLanes();
     Lane& lane = lanes_[num_lanes_];
-    lane.support = support;
+    lane.support = sight.support;
     lane.falloff = -0.5 / (sigma * sigma);
-    lane.full = ToCapacity(support);
+    lane.full = ToCapacity(sight.support);
+    lane.vertex = vertex;
+    lane.center = centers_[sight.view_idx];
     if (walker_.Start(vertex, direction, distance, kNearSigmas * sigma, &lane.ray)) {
       ++num_lanes_;
     } else {
@@ -125,15 +129,60 @@ class RayWeigher {
     counters_.num_crossings += end.num_crossings;
     counters_.num_lost_rays += (end.cell < 0);
     if (end.cell < 0) return;
-    AddSaturated<kShared>(&complex_.cells[end.cell].distance,
-                          complex_.IsInfinite(end.cell) ? lane.full : CutNode::kMaxCapacity);
+    if (!complex_.IsInfinite(end.cell)) {
+      AddSaturated<kShared>(&complex_.cells[end.cell].distance, CutNode::kMaxCapacity);
+    } else if (end.num_crossings > 0) {
+      AddSaturated<kShared>(&complex_.cells[end.cell].distance, lane.full);
+    } else {
+      TieHullAround(end.cell, lane.vertex, lane.center, lane.full, &Cell::distance);
+    }
+  }
+
+  // A ray that does not enter the hull speaks of the space beyond all facets of the hull at its
+  // vertex that face its `target`: adds `amount` to `sum` of their cells. Goes once around the
+  // vertex, from one cell at infinity to the next.
+  void TieHullAround(int32_t start, int32_t vertex, const Eigen::Vector3d& target, int32_t amount,
+                     int32_t Cell::*sum) {
+    int32_t current = start, last = -2;  // last: the vertex that was left behind
+    do {
+      Cell& cell = complex_.cells[current];
+      if (Faces(cell, target)) AddSaturated<kShared>(&(cell.*sum), amount);
+      int side = 0;
+      const auto turns = [&](int32_t v) {
+        return v != Cell::kInfiniteVertex && v != vertex && (last == -2 || v == last);
+      };
+      while (!turns(cell.vertex[side])) ++side;
+      // Crossing the facet opposite to one rim vertex keeps the other, which is left next.
+      for (const int32_t v : cell.vertex) {
+        if (v != Cell::kInfiniteVertex && v != vertex && v != cell.vertex[side]) {
+          last = v;
+          break;
+        }
+      }
+      current = cell.neighbor[side];
+    } while (current != start);
+  }
+
+  bool Faces(const Cell& cell, const Eigen::Vector3d& target) const {
+    const int outside = cell.IndexOfVertex(Cell::kInfiniteVertex);
+    const auto at = [&](int k) -> Eigen::Vector3d {
+      return complex_.points[cell.vertex[kFacetVertices[outside][k]]].cast<double>();
+    };
+    const Eigen::Vector3d a = at(0);
+    return (at(1) - a).cross(at(2) - a).dot(target - a) > 0;
   }
 
   void WeighBack(int32_t vertex, const Eigen::Vector3d& direction, double distance,
                  double support) {
     const RayWalker::End end =
         walker_.Walk(vertex, direction, distance, 0, [](int32_t, int, double) {});
-    if (end.cell >= 0) AddSaturated<kShared>(&complex_.cells[end.cell].excess, ToCapacity(support));
+    if (end.cell < 0) return;
+    if (end.num_crossings == 0 && complex_.IsInfinite(end.cell)) {
+      const Eigen::Vector3d target = complex_.points[vertex].cast<double>() + direction;
+      TieHullAround(end.cell, vertex, target, ToCapacity(support), &Cell::excess);
+    } else {
+      AddSaturated<kShared>(&complex_.cells[end.cell].excess, ToCapacity(support));
+    }
   }
 
   const MergedCloud& cloud_;
