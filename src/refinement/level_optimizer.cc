@@ -71,11 +71,12 @@ class LevelOptimizer {
  public:
   LevelOptimizer(const ImageStore& images, const std::vector<LevelView>& views,
                  const FaceRegions& regions, const FacePairs& pairs,
-                 const MeshRefinerOptions& options, int level, TriangleMesh* mesh,
-                 const RunContext& context)
+                 const std::vector<Eigen::Vector3d>& input, const MeshRefinerOptions& options,
+                 int level, TriangleMesh* mesh, const RunContext& context)
       : images_(images),
         views_(views),
         pairs_(pairs),
+        input_(input),
         options_(options),
         energy_options_(MakePhotoEnergyOptions(options, level, context)),
         mesh_(*mesh),
@@ -96,7 +97,8 @@ class LevelOptimizer {
     terms_ = EvaluatePhotoTerms(images_, views_, mesh_, directions_, pairs_, active_,
                                 energy_options_, context_);
     smoothness_.SetGeometry(mesh_.vertices, directions_, pixel_size_, context_);
-    SumRegions(terms_, smoothness_.Energies(), &states_);
+    FindAnchors();
+    SumRegions(terms_, SmoothEnergies(mesh_.vertices, directions_), &states_);
     RecordEnergy();
     summary_.initial_photo_error = MeanPhotoError();
     for (int k = 0; k < options_.max_num_iterations && AnyActive(); ++k) {
@@ -134,6 +136,29 @@ class LevelOptimizer {
       if (active_[f]) continue;
       for (const int v : mesh_.faces[f]) fixed_[static_cast<size_t>(v)] = 1;
     }
+  }
+
+  // Stiffness of the springs to the input: so much a square pixel.
+  void FindAnchors() {
+    anchors_.assign(mesh_.vertices.size(), 0.0);
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      const double area = 0.5 * FaceNormalTimesTwiceArea(mesh_, f).norm();
+      for (const int v : mesh_.faces[f]) {
+        const double scale = pixel_size_[static_cast<size_t>(v)];
+        anchors_[static_cast<size_t>(v)] += options_.anchor * area / (3 * scale * scale);
+      }
+    }
+  }
+
+  // Of the thin plate and the springs, by vertex.
+  std::vector<double> SmoothEnergies(const std::vector<Eigen::Vector3d>& positions,
+                                     const std::vector<Eigen::Vector3d>& directions) const {
+    std::vector<double> energies = smoothness_.Energies();
+    for (size_t v = 0; v < energies.size(); ++v) {
+      const double x = directions[v].dot(positions[v] - input_[v]) / pixel_size_[v];
+      energies[v] += anchors_[v] * x * x;
+    }
+    return energies;
   }
 
   bool AnyActive() const {
@@ -188,7 +213,9 @@ class LevelOptimizer {
       const double damping = region_of_vertex_[v] < 0
                                  ? 0.0
                                  : states_[static_cast<size_t>(region_of_vertex_[v])].damping;
-      diagonal[v] = curvature + damping * (curvature + diagonal[v]);
+      const double spring = 2.0 * anchors_[v];
+      gradient[v] += spring * directions_[v].dot(mesh_.vertices[v] - input_[v]) / scale;
+      diagonal[v] = curvature + spring + damping * (curvature + diagonal[v]);
     }
     StepSolution solution = SolveStep(smoothness_, diagonal, gradient, fixed_, kMaxSolverIterations,
                                       kSolverTolerance, context_);
@@ -239,12 +266,12 @@ class LevelOptimizer {
                                           energy_options_, context_);
     smoothness_.SetGeometry(trial.vertices, directions, pixel_size_, context_);
     std::vector<RegionState> states = states_;
-    SumRegions(terms, smoothness_.Energies(), &states);
+    SumRegions(terms, SmoothEnergies(trial.vertices, directions), &states);
     const double energy_before = summary_.energies.back();
     const std::vector<uint8_t> rejected = Judge(states);
     Commit(rejected, std::move(trial.vertices), std::move(directions), std::move(terms));
     smoothness_.SetGeometry(mesh_.vertices, directions_, pixel_size_, context_);
-    SumRegions(terms_, smoothness_.Energies(), &states_);
+    SumRegions(terms_, SmoothEnergies(mesh_.vertices, directions_), &states_);
     UpdateActivity();
     RecordEnergy();
     ++summary_.num_iterations;
@@ -304,6 +331,7 @@ class LevelOptimizer {
   const ImageStore& images_;
   const std::vector<LevelView>& views_;
   const FacePairs& pairs_;
+  const std::vector<Eigen::Vector3d>& input_;
   const MeshRefinerOptions& options_;
   PhotoEnergyOptions energy_options_;
   TriangleMesh& mesh_;
@@ -314,7 +342,7 @@ class LevelOptimizer {
   std::vector<RegionState> states_;
   std::vector<int32_t> region_of_vertex_;
   std::vector<uint8_t> active_, fixed_;
-  std::vector<double> pixel_size_;
+  std::vector<double> pixel_size_, anchors_;
   std::vector<Eigen::Vector3d> directions_;
   PhotoTerms terms_;
   RefinementLevelSummary summary_;
@@ -344,9 +372,10 @@ PhotoEnergyOptions MakePhotoEnergyOptions(const MeshRefinerOptions& options, int
 
 RefinementLevelSummary OptimizeLevel(const ImageStore& images, const std::vector<LevelView>& views,
                                      const FaceRegions& regions, const FacePairs& pairs,
+                                     const std::vector<Eigen::Vector3d>& input,
                                      const MeshRefinerOptions& options, int level,
                                      TriangleMesh* mesh, const RunContext& context) {
-  return LevelOptimizer(images, views, regions, pairs, options, level, mesh, context).Run();
+  return LevelOptimizer(images, views, regions, pairs, input, options, level, mesh, context).Run();
 }
 
 }  // namespace lsmvs

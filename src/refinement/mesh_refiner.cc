@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <stdexcept>
 
+#include "lsmvs/mesh/remesher.h"
+#include "lsmvs/refinement/guard.h"
 #include "lsmvs/refinement/level_optimizer.h"
 #include "lsmvs/refinement/vertex_colors.h"
 #include "lsmvs/scene/view_selection.h"
-#include "lsmvs/util/check.h"
 
 namespace lsmvs {
 
@@ -27,6 +29,15 @@ constexpr double kLevelSum = 1.33;             // pixels of all levels, relative
 constexpr double kPixelsPerFace = 60, kMapBytesPerPixel = 8, kBytesPerFace = 350,
                  kBytesPerPixelInWork = 8;
 
+// For progress: the guard's cost in units of the coarsest level, and what vertex colours leave.
+constexpr double kGuardCost = 2.0, kPartOfLevels = 0.95;
+// The guard looks for pairs that took no part among more neighbours than the refinement had.
+constexpr int kGuardNeighborFactor = 2, kMaxGuardPairs = 4;
+
+// Edges of the input below this length (pixels of the coarsest level) are collapsed, and edges
+// flipped, where the surface moves by less than kMaxDeviationPx.
+constexpr double kMinEdgePx = 0.7, kMaxDeviationPx = 0.1;
+
 double Seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -39,23 +50,25 @@ std::vector<uint8_t> HeldOut(int num_views, int every) {
   return held_out;
 }
 
-// Ordered pairs of neighbours, sorted by reference view; only such with a held-out view if
-// `with_held_out`, else only such without.
-std::vector<ViewPair> CandidatePairs(const Scene& scene, const MeshRefinerOptions& options,
-                                     bool with_held_out) {
+// Ordered pairs of each view and its best neighbours, sorted. Held-out views take no part, or all
+// if there are none.
+std::vector<ViewPair> NeighborPairs(const Scene& scene, const MeshRefinerOptions& options,
+                                    int max_num_neighbors, const std::vector<uint8_t>& held_out) {
   ViewSelectionOptions selection;
-  selection.max_num_neighbors = options.max_num_neighbors;
+  // Enough that the neighbours that take part are as many as asked for.
+  selection.max_num_neighbors =
+      options.hold_out_every > 0 ? 2 * max_num_neighbors : max_num_neighbors;
   selection.min_triangulation_angle_deg = options.min_triangulation_angle_deg / 2;
   selection.max_triangulation_angle_deg =
       std::max(options.max_triangulation_angle_deg, selection.min_triangulation_angle_deg);
   const auto neighbors = SelectNeighbors(scene, selection);
-  const auto held_out = HeldOut(scene.num_views(), options.hold_out_every);
   std::vector<ViewPair> pairs;
   for (int i = 0; i < scene.num_views(); ++i) {
+    int taken = 0;
     for (const Neighbor& neighbor : neighbors[static_cast<size_t>(i)]) {
-      const bool is_held_out =
-          held_out[static_cast<size_t>(i)] || held_out[static_cast<size_t>(neighbor.view_idx)];
-      if (is_held_out == with_held_out) pairs.push_back({i, neighbor.view_idx});
+      const int j = neighbor.view_idx;
+      if (held_out[static_cast<size_t>(i)] || held_out[static_cast<size_t>(j)]) continue;
+      if (++taken <= max_num_neighbors) pairs.push_back({i, j});
     }
   }
   std::sort(pairs.begin(), pairs.end(), [](const ViewPair& a, const ViewPair& b) {
@@ -87,40 +100,163 @@ std::vector<int> Levels(const ImageStore& images, const MeshRefinerOptions& opti
   return levels;
 }
 
+class MeshRefiner {
+ public:
+  MeshRefiner(const Scene& scene, const ImageStore& images, const MeshRefinerOptions& options,
+              const RunContext& context)
+      : scene_(scene), images_(images), options_(options), context_(context) {}
+
+  RefinementResult Run(const TriangleMesh& mesh) {
+    const double start = Seconds();
+    result_.mesh.vertices = mesh.vertices;
+    result_.mesh.faces = mesh.faces;
+    input_ = mesh.vertices;
+    candidates_ = NeighborPairs(scene_, options_, options_.max_num_neighbors,
+                                HeldOut(scene_.num_views(), options_.hold_out_every));
+    result_.num_pairs = static_cast<int>(candidates_.size());
+    result_.prepare_seconds = Seconds() - start;
+    if (candidates_.empty()) {
+      GiveUp("no two photos overlap at a useful angle; the mesh is as it was");
+    } else if (mesh.faces.empty()) {
+      GiveUp("the mesh has no faces");
+    } else {
+      RefineLevels();
+    }
+    if (options_.color_vertices) Color();
+    context_.Report(1.0);
+    return std::move(result_);
+  }
+
+ private:
+  void GiveUp(const std::string& why) {
+    result_.status = RefinementStatus::kUnchanged;
+    result_.message = why;
+  }
+
+  void RefineLevels() {
+    const std::vector<int> levels = Levels(images_, options_);
+    double done = 0, all = kGuardCost;
+    for (size_t k = 0; k < levels.size(); ++k) all += std::pow(kLevelCostRatio, k);
+    for (size_t k = 0; k < levels.size(); ++k) {
+      const double cost = std::pow(kLevelCostRatio, k);
+      if (!RefineLevel(levels[k], context_.Part(kPartOfLevels * done / all,
+                                                kPartOfLevels * (done + cost) / all))) {
+        return GiveUp("no pair of photos sees the mesh; it is as it was");
+      }
+      done += cost;
+    }
+    if (options_.guard) Guard();
+    result_.message =
+        fmt::format("{} faces, photo error {:.4f} -> {:.4f}, {} of {} regions restored",
+                    result_.mesh.faces.size(), result_.input_photo_error,
+                    result_.output_photo_error, result_.num_regions_restored, result_.num_regions);
+  }
+
+  // False if no pair sees any face.
+  bool RefineLevel(int level, const RunContext& context) {
+    const double start = Seconds();
+    const auto views = MakeLevelViews(scene_, images_, level);
+    SelectPairs(views, context);
+    if (AdaptMesh(result_.levels.empty())) SelectPairs(views, context);
+    size_t num_seen = 0;
+    for (size_t f = 0; f < result_.mesh.faces.size(); ++f) num_seen += pairs_.Seen(f);
+    if (result_.levels.empty()) result_.num_faces_seen = num_seen;
+    if (num_seen == 0) return false;
+    result_.levels.push_back(OptimizeLevel(images_, views, regions_, pairs_, input_, options_,
+                                           level, &result_.mesh, context));
+    result_.levels.back().seconds = Seconds() - start;
+    result_.optimize_seconds += result_.levels.back().seconds;
+    return true;
+  }
+
+  void SelectPairs(const std::vector<LevelView>& views, const RunContext& context) {
+    const double start = Seconds();
+    regions_ = GrowFaceRegions(result_.mesh, kFacesPerRegion);
+    pairs_ = SelectFacePairs(views, candidates_, result_.mesh, regions_,
+                             MakePairSelectionOptions(options_), context);
+    result_.prepare_seconds += Seconds() - start;
+  }
+
+  // Brings the triangles to the resolution of the present pairs; thins out only what came in. True
+  // if anything changed.
+  bool AdaptMesh(bool may_collapse) {
+    if (options_.max_face_area_px == 0 && !options_.improve_mesh) return false;
+    const double start = Seconds();
+    std::vector<float> density(result_.mesh.faces.size(), 0.0f);
+    for (size_t f = 0; f < density.size(); ++f) {
+      const double area = 0.5 * FaceNormalTimesTwiceArea(result_.mesh, f).norm();
+      if (area > 0) density[f] = static_cast<float>(pairs_.area_px[f] / area);
+    }
+    Remesher remesher(result_.mesh, std::move(input_), std::move(density));
+    size_t changes = 0;
+    const auto count = [&](size_t number, size_t* sum) {
+      *sum += number;
+      changes += number;
+    };
+    if (options_.improve_mesh && may_collapse) {
+      count(remesher.CollapseShortEdges(kMinEdgePx, kMaxDeviationPx), &result_.num_collapses);
+    }
+    if (options_.max_face_area_px > 0) {
+      count(remesher.SplitLargeFaces(options_.max_face_area_px), &result_.num_splits);
+    }
+    if (options_.improve_mesh) {
+      count(remesher.FlipToDelaunay(kMaxDeviationPx), &result_.num_flips);
+    }
+    result_.mesh = remesher.Mesh();
+    input_ = remesher.Rest();
+    result_.remesh_seconds += Seconds() - start;
+    return changes > 0;
+  }
+
+  // Judges by pairs that took no part where there are any.
+  void Guard() {
+    const double start = Seconds();
+    const auto views = MakeLevelViews(scene_, images_, 0);
+    const std::vector<uint8_t> all_take_part(scene_.views.size(), 0);
+    const auto judges = NeighborPairs(
+        scene_, options_, kGuardNeighborFactor * options_.max_num_neighbors, all_take_part);
+    PairSelectionOptions selection = MakePairSelectionOptions(options_);
+    selection.max_pairs_per_face = std::min(options_.max_pairs_per_face, kMaxGuardPairs);
+    const FacePairs pairs =
+        SelectOtherFacePairs(views, judges, result_.mesh, regions_, pairs_, selection, context_);
+    const GuardSummary summary =
+        RestoreWorseRegions(images_, views, regions_, pairs, input_,
+                            MakePhotoEnergyOptions(options_, 0, context_), &result_.mesh, context_);
+    result_.num_regions = static_cast<size_t>(regions_.count);
+    result_.num_regions_restored = summary.num_regions_restored;
+    result_.input_photo_error = summary.input_error;
+    result_.output_photo_error = summary.output_error;
+    result_.guard_seconds = Seconds() - start;
+  }
+
+  void Color() {
+    const double start = Seconds();
+    VertexColorOptions color_options;
+    color_options.depth_tolerance = options_.depth_tolerance;
+    result_.mesh.vertex_colors =
+        ColorVertices(scene_, images_, result_.mesh, color_options, context_);
+    result_.color_seconds = Seconds() - start;
+  }
+
+  const Scene& scene_;
+  const ImageStore& images_;
+  const MeshRefinerOptions& options_;
+  const RunContext& context_;
+  std::vector<ViewPair> candidates_;
+  // Where each vertex lies on the input surface.
+  std::vector<Eigen::Vector3d> input_;
+  FaceRegions regions_;  // of the present mesh
+  FacePairs pairs_;      // of the present mesh
+  RefinementResult result_;
+};
+
 }  // namespace
 
 RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, const TriangleMesh& mesh,
                             const MeshRefinerOptions& options, const RunContext& context) {
   std::string error;
-  LSMVS_CHECK(options.Check(&error));
-  RefinementResult result;
-  result.mesh = mesh;
-  const std::vector<ViewPair> candidates = CandidatePairs(scene, options, false);
-  result.num_pairs = static_cast<int>(candidates.size());
-  const std::vector<int> levels = Levels(images, options);
-  double done = 0, all = 0;
-  for (size_t k = 0; k < levels.size(); ++k) all += std::pow(kLevelCostRatio, k);
-  for (size_t k = 0; k < levels.size(); ++k) {
-    const double start = Seconds();
-    const auto views = MakeLevelViews(scene, images, levels[k]);
-    const FaceRegions regions = GrowFaceRegions(result.mesh, kFacesPerRegion);
-    const FacePairs pairs = SelectFacePairs(views, candidates, result.mesh, regions,
-                                            MakePairSelectionOptions(options), context);
-    const double cost = std::pow(kLevelCostRatio, k);
-    result.levels.push_back(OptimizeLevel(images, views, regions, pairs, options, levels[k],
-                                          &result.mesh,
-                                          context.Part(done / all, (done + cost) / all)));
-    result.levels.back().seconds = Seconds() - start;
-    done += cost;
-  }
-  if (options.color_vertices) {
-    const double start = Seconds();
-    VertexColorOptions color_options;
-    color_options.depth_tolerance = options.depth_tolerance;
-    result.mesh.vertex_colors = ColorVertices(scene, images, result.mesh, color_options, context);
-    result.color_seconds = Seconds() - start;
-  }
-  return result;
+  if (!options.Check(&error)) throw std::logic_error(error);
+  return MeshRefiner(scene, images, options, context).Run(mesh);
 }
 
 CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images,

@@ -19,11 +19,6 @@ enum class LaplacianWeights {
   kCotangent,  // neighbours count by the cotangents of the opposite angles, clamped to positive
 };
 
-enum class RefinementOptimizer {
-  kGaussNewton,  // damped Gauss-Newton steps, the smoothness solved implicitly
-  kLbfgs,        // Ceres' line search on the same energy, for comparison
-};
-
 struct MeshRefinerOptions {
   // Pyramid levels, coarse to fine: 3 starts at a quarter of the resolution. More levels pull in
   // vertices that are further from the surface. Levels whose images would be smaller than 64 pixels
@@ -48,6 +43,9 @@ struct MeshRefinerOptions {
   // Weight of the membrane (length in pixels) relative to the thin plate. Raising it shrinks thin
   // parts.
   double membrane = 0.0;
+  // Weight of the square of a vertex' way from its input (pixels, per square pixel of surface). It holds what neither photos
+  // nor thin plate determine, such as untextured walls; raising it keeps more of the input's noise.
+  double anchor = 0.003;
   LaplacianWeights laplacian = LaplacianWeights::kUniform;
   // Standard deviation in grey levels that is added to that of every window: windows flatter than
   // this count little.
@@ -68,7 +66,6 @@ struct MeshRefinerOptions {
   bool guard = true;
   // Every n-th view takes no part in the refinement, only in the guard. 0: all take part.
   int hold_out_every = 0;
-  RefinementOptimizer optimizer = RefinementOptimizer::kGaussNewton;
   bool color_vertices = true;
 
   void Describe(OptionSet* options);

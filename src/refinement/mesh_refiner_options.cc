@@ -12,7 +12,7 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
                "Half side of the correlation window in pixels; larger is more stable and smoother.",
                {1, 7});
   options->Add("MeshRefinement.max_num_neighbors", &max_num_neighbors,
-               "Neighbours that a view may be compared with.", {1, 64});
+               "Neighbours that a view may be compared with.", {1, 16});
   options->Add("MeshRefinement.max_pairs_per_face", &max_pairs_per_face,
                "Ordered pairs of views that judge one facet; time grows with it.", {1, 64});
   options->Add("MeshRefinement.min_triangulation_angle", &min_triangulation_angle_deg,
@@ -26,6 +26,9 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
                {0.0, 1e6});
   options->Add("MeshRefinement.membrane", &membrane,
                "Weight of the membrane relative to the thin plate; raising it shrinks thin parts.",
+               {0.0, 1e3});
+  options->Add("MeshRefinement.anchor", &anchor,
+               "Weight of a vertex' way from its input; raising it keeps more of the input.",
                {0.0, 1e3});
   options->AddEnum(
       "MeshRefinement.laplacian", &laplacian, "Weights of a vertex' neighbours.",
@@ -51,9 +54,6 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
   options->Add("MeshRefinement.hold_out_every", &hold_out_every,
                "Every n-th view takes no part in the refinement, only in the guard; 0: none.",
                {0, 1000000});
-  options->AddEnum("MeshRefinement.optimizer", &optimizer, "How the energy is minimised.",
-                   {{"gauss_newton", RefinementOptimizer::kGaussNewton},
-                    {"lbfgs", RefinementOptimizer::kLbfgs}});
   options->Add("MeshRefinement.color_vertices", &color_vertices,
                "Colour the vertices from the photos.");
 }

@@ -13,6 +13,8 @@ namespace {
 
 constexpr size_t kRegionsPerBlock = 16;
 constexpr int kReduction = 4;
+// Of the score of pairs that should come last.
+constexpr double kUsedFactor = 1e-6;
 constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 
 struct CoarseView {
@@ -32,8 +34,8 @@ struct Sighting {
 class Selector {
  public:
   Selector(const std::vector<LevelView>& views, const std::vector<ViewPair>& candidates,
-           const TriangleMesh& mesh, const PairSelectionOptions& options)
-      : views_(views), candidates_(candidates), mesh_(mesh), options_(options) {}
+           const TriangleMesh& mesh, const FacePairs* used, const PairSelectionOptions& options)
+      : views_(views), candidates_(candidates), mesh_(mesh), used_(used), options_(options) {}
 
   void DrawDepths(const RunContext& context) {
     coarse_.resize(views_.size());
@@ -60,6 +62,7 @@ class Selector {
         totals[static_cast<size_t>(ranked.pair)] += ranked.score;
       }
     }
+    if (used_ != nullptr) PutUsedLast(faces, &totals);
     std::vector<Ranked> best;
     for (size_t p = 0; p < totals.size(); ++p) {
       if (totals[p] > 0) best.push_back({totals[p], static_cast<int>(p), 0});
@@ -76,6 +79,28 @@ class Selector {
     int pair;
     double pixel_size;
   };
+
+  // Lowers the score of pairs that judge one of the faces already.
+  void PutUsedLast(const std::vector<int32_t>& faces, std::vector<double>* totals) const {
+    std::vector<uint8_t> is_used(used_->pairs.size(), 0);
+    const size_t per_face = static_cast<size_t>(used_->per_face);
+    for (const int32_t face : faces) {
+      for (size_t k = 0; k < per_face; ++k) {
+        const int32_t pair = used_->of_face[static_cast<size_t>(face) * per_face + k];
+        if (pair >= 0) is_used[static_cast<size_t>(pair)] = 1;
+      }
+    }
+    for (size_t u = 0; u < is_used.size(); ++u) {
+      if (!is_used[u]) continue;
+      const ViewPair& used = used_->pairs[u];
+      for (size_t p = 0; p < candidates_.size(); ++p) {
+        const ViewPair& pair = candidates_[p];
+        if ((pair.i == used.i && pair.j == used.j) || (pair.i == used.j && pair.j == used.i)) {
+          (*totals)[p] = std::min((*totals)[p], kUsedFactor * (*totals)[p]);
+        }
+      }
+    }
+  }
 
   static void KeepBest(size_t count, std::vector<Ranked>* ranked) {
     std::sort(ranked->begin(), ranked->end(), [](const Ranked& a, const Ranked& b) {
@@ -175,16 +200,14 @@ class Selector {
   const std::vector<LevelView>& views_;
   const std::vector<ViewPair>& candidates_;
   const TriangleMesh& mesh_;
+  const FacePairs* used_;  // or null
   const PairSelectionOptions& options_;
   std::vector<CoarseView> coarse_;
 };
 
-}  // namespace
-
-FacePairs SelectFacePairs(const std::vector<LevelView>& views,
-                          const std::vector<ViewPair>& candidates, const TriangleMesh& mesh,
-                          const FaceRegions& regions, const PairSelectionOptions& options,
-                          const RunContext& context) {
+FacePairs Select(const std::vector<LevelView>& views, const std::vector<ViewPair>& candidates,
+                 const TriangleMesh& mesh, const FaceRegions& regions, const FacePairs* used,
+                 const PairSelectionOptions& options, const RunContext& context) {
   FacePairs result;
   result.pairs = candidates;
   result.per_face = options.max_pairs_per_face;
@@ -195,11 +218,27 @@ FacePairs SelectFacePairs(const std::vector<LevelView>& views,
   for (size_t f = 0; f < mesh.faces.size(); ++f) {
     faces[static_cast<size_t>(regions.of_face[f])].push_back(static_cast<int32_t>(f));
   }
-  Selector selector(views, candidates, mesh, options);
+  Selector selector(views, candidates, mesh, used, options);
   selector.DrawDepths(context);
   ParallelFor(context, faces.size(), kRegionsPerBlock,
               [&](size_t region) { selector.SelectFor(faces[region], &result); });
   return result;
+}
+
+}  // namespace
+
+FacePairs SelectFacePairs(const std::vector<LevelView>& views,
+                          const std::vector<ViewPair>& candidates, const TriangleMesh& mesh,
+                          const FaceRegions& regions, const PairSelectionOptions& options,
+                          const RunContext& context) {
+  return Select(views, candidates, mesh, regions, nullptr, options, context);
+}
+
+FacePairs SelectOtherFacePairs(const std::vector<LevelView>& views,
+                               const std::vector<ViewPair>& candidates, const TriangleMesh& mesh,
+                               const FaceRegions& regions, const FacePairs& used,
+                               const PairSelectionOptions& options, const RunContext& context) {
+  return Select(views, candidates, mesh, regions, &used, options, context);
 }
 
 }  // namespace lsmvs

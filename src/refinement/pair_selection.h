@@ -51,4 +51,11 @@ FacePairs SelectFacePairs(const std::vector<LevelView>& views,
                           const FaceRegions& regions, const PairSelectionOptions& options,
                           const RunContext& context);
 
+// The same, but pairs that judge a face of the region in `used`, in either order, come last: they
+// are taken only where there are no others.
+FacePairs SelectOtherFacePairs(const std::vector<LevelView>& views,
+                               const std::vector<ViewPair>& candidates, const TriangleMesh& mesh,
+                               const FaceRegions& regions, const FacePairs& used,
+                               const PairSelectionOptions& options, const RunContext& context);
+
 }  // namespace lsmvs

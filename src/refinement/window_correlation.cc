@@ -157,20 +157,23 @@ class Correlator {
     float* HWY_RESTRICT gamma = Product(2);
     float* HWY_RESTRICT kappa = Product(3);
     const float min_valid = options_.min_valid_fraction * static_cast<float>(num_rows_ * num_rows_);
-    const float noise = options_.noise_variance;
+    const float noise = options_.noise_variance, scale = options_.robust_scale;
     for (int x = 0; x < tile_.width; ++x) {
       const float inverse_n = 1.0f / std::max(n[x], 1.0f);
       const float mean_a = sa[x] * inverse_n, mean_b = sb[x] * inverse_n;
-      const float var_a = std::max(saa[x] * inverse_n - mean_a * mean_a, 0.0f) + noise;
+      const float signal_a = std::max(saa[x] * inverse_n - mean_a * mean_a, 0.0f);
+      const float var_a = signal_a + noise;
       const float var_b = std::max(sbb[x] * inverse_n - mean_b * mean_b, 0.0f) + noise;
       const float covariance = sab[x] * inverse_n - mean_a * mean_b;
       const float inverse_norm = 1.0f / std::sqrt(var_a * var_b);
       const float zncc = covariance * inverse_norm;
-      const float judged = n[x] >= min_valid ? weight[x] * valid[x] : 0.0f;
-      const float scaled = judged * inverse_n;
+      const float texture = signal_a / (signal_a + 4.0f * noise + 1e-6f);
+      const float judged = n[x] >= min_valid ? weight[x] * valid[x] * texture : 0.0f;
+      const float robust = scale / (1.0f - zncc + scale);
+      const float scaled = judged * inverse_n * robust * robust;
       const float inverse_var_b = 1.0f / var_b;
       mass[x] = judged;
-      error[x] = judged * (1.0f - zncc);
+      error[x] = judged * (1.0f - zncc) * robust;
       alpha[x] = scaled * inverse_norm;
       beta[x] = scaled * zncc * inverse_var_b;
       gamma[x] = alpha[x] * mean_a - beta[x] * mean_b;

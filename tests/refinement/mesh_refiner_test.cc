@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <random>
+#include <string>
 
 #include "lsmvs/synthetic/surface_error.h"
 #include "lsmvs/synthetic/synthetic_scene.h"
@@ -81,6 +83,145 @@ TEST(MeshRefiner, ThreadsDoNotChangeABit) {
   const auto three = RefineMesh(scene.s.scene, *scene.images, noisy, FastOptions(), RunContext(3));
   EXPECT_EQ(one.mesh.vertices, three.mesh.vertices);
   EXPECT_EQ(one.mesh.faces, three.mesh.faces);
+}
+
+// Distances (pixels) of the vertices that can be judged: mean and share above one pixel.
+struct Accuracy {
+  double mean = 0, share_above_one = 0;
+};
+
+Accuracy Measure(const SyntheticScene& s, const TriangleMesh& mesh) {
+  Accuracy accuracy;
+  for (const Eigen::Vector3d& x : mesh.vertices) {
+    const double distance = std::abs(s.shape->SignedDistance(x)) / s.gsd;
+    accuracy.mean += distance / static_cast<double>(mesh.vertices.size());
+    accuracy.share_above_one += (distance > 1.0) / static_cast<double>(mesh.vertices.size());
+  }
+  return accuracy;
+}
+
+struct Trouble {
+  std::string name;
+  ShapeName shape;
+  void (*make)(PhotoOptions* photo);
+};
+
+class RefinementUnderTrouble : public testing::TestWithParam<Trouble> {};
+
+TEST_P(RefinementUnderTrouble, IsNoWorseThanItsInput) {
+  SyntheticScene synthetic = MakeScene(GetParam().shape, 10, 128, 96);
+  GetParam().make(&synthetic.photo);
+  const RenderedScene scene(synthetic);
+  const TriangleMesh input = WithNoise(scene.s.shape->Mesh(8 * scene.s.gsd), 0.3 * scene.s.gsd, 3);
+  const RefinementResult result =
+      RefineMesh(scene.s.scene, *scene.images, input, FastOptions(), RunContext(2));
+  ExpectValidMesh(result.mesh);
+  const Accuracy before = Measure(scene.s, input), after = Measure(scene.s, result.mesh);
+  EXPECT_LE(after.mean, 1.02 * before.mean);
+  EXPECT_LE(after.share_above_one, before.share_above_one + 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rendered, RefinementUnderTrouble,
+                         testing::Values(Trouble{"exposure", ShapeName::kRelief,
+                                                 [](PhotoOptions* p) { p->exposure_step = 0.8; }},
+                                         Trouble{"shadow", ShapeName::kSphereOnGround,
+                                                 [](PhotoOptions* p) { p->moving_shadow = 0.4; }},
+                                         Trouble{"specular", ShapeName::kSphereOnGround,
+                                                 [](PhotoOptions* p) { p->specular = 0.7; }},
+                                         Trouble{"noise", ShapeName::kStep,
+                                                 [](PhotoOptions* p) { p->noise_sigma = 4; }},
+                                         Trouble{"thin", ShapeName::kPole, [](PhotoOptions*) {}},
+                                         Trouble{"untextured", ShapeName::kRelief,
+                                                 [](PhotoOptions* p) {
+                                                   p->texture.contrast = 0.02;
+                                                   p->noise_sigma = 2;
+                                                 }}),
+                         [](const auto& test) { return test.param.name; });
+
+TEST(MeshRefiner, ScaleAndRotationOfTheSceneChangeNothing) {
+  const RenderedScene scene(MakeScene(ShapeName::kSphere, 10, 96, 72));
+  const TriangleMesh noisy = WithNoise(scene.s.shape->Mesh(8 * scene.s.gsd), scene.s.gsd, 2);
+  const auto base = RefineMesh(scene.s.scene, *scene.images, noisy, FastOptions(), RunContext(2));
+  const double scale = 250;
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  const Eigen::Vector3d shift(40, -900, 300);
+  Scene moved_scene = scene.s.scene;
+  TriangleMesh moved = noisy;
+  const auto move = [&](const Eigen::Vector3d& x) {
+    return Eigen::Vector3d(scale * (turn * x) + shift);
+  };
+  for (Eigen::Vector3d& x : moved.vertices) x = move(x);
+  for (SparsePoint& point : moved_scene.points) point.x_in_world = move(point.x_in_world);
+  for (View& view : moved_scene.views) {
+    const Eigen::Vector3d center = move(view.CenterInWorld());
+    view.cam_from_world.rotation = view.cam_from_world.rotation * turn.transpose();
+    view.cam_from_world.translation = -(view.cam_from_world.rotation * center);
+  }
+  const auto other = RefineMesh(moved_scene, *scene.images, moved, FastOptions(), RunContext(2));
+  // Rounding may flip an edge or a comparison: the surface is the same to a small part of a pixel.
+  ASSERT_NEAR(static_cast<double>(other.mesh.vertices.size()),
+              static_cast<double>(base.mesh.vertices.size()),
+              0.01 * static_cast<double>(base.mesh.vertices.size()));
+  double difference = 0;
+  for (const Eigen::Vector3d& x : other.mesh.vertices) {
+    const Eigen::Vector3d back = turn.transpose() * (x - shift) / scale;
+    difference += std::abs(scene.s.shape->SignedDistance(back)) / scene.s.gsd /
+                  static_cast<double>(other.mesh.vertices.size());
+  }
+  EXPECT_NEAR(difference, Measure(scene.s, base.mesh).mean, 0.01);
+}
+
+TEST(MeshRefiner, SaysWhyItCannotRefine) {
+  const RenderedScene scene(MakeScene(ShapeName::kSphere, 6, 64, 48));
+  TriangleMesh hidden = scene.s.shape->Mesh(0.5);
+  for (auto& x : hidden.vertices) x += Eigen::Vector3d(1000, 0, 0);
+  const auto far = RefineMesh(scene.s.scene, *scene.images, hidden, FastOptions(), RunContext(1));
+  EXPECT_EQ(far.status, RefinementStatus::kUnchanged);
+  EXPECT_EQ(far.mesh.vertices, hidden.vertices);
+  EXPECT_FALSE(far.message.empty());
+  const auto empty = RefineMesh(scene.s.scene, *scene.images, {}, FastOptions(), RunContext(1));
+  EXPECT_EQ(empty.status, RefinementStatus::kUnchanged);
+}
+
+TEST(MeshRefiner, SplitsWhatThePhotosResolveAndNothingElse) {
+  const RenderedScene scene(MakeScene(ShapeName::kSphere, 24, 128, 96));
+  const TriangleMesh coarse = scene.s.shape->Mesh(30 * scene.s.gsd);
+  MeshRefinerOptions options = FastOptions();
+  const auto fine = RefineMesh(scene.s.scene, *scene.images, coarse, options, RunContext(2));
+  ExpectValidClosedMesh(fine.mesh);
+  EXPECT_GT(fine.num_splits, 0u);
+  EXPECT_GT(fine.mesh.faces.size(), 2 * coarse.faces.size());
+  EXPECT_LT(MeanErrorPx(scene.s, fine.mesh), 0.3);
+  options.max_face_area_px = 0;
+  options.improve_mesh = false;
+  const auto same = RefineMesh(scene.s.scene, *scene.images, coarse, options, RunContext(2));
+  EXPECT_EQ(same.mesh.faces, coarse.faces);
+}
+
+TEST(MeshRefinerOptions, DefaultsAreValidAndBoundsAreNamed) {
+  std::string error;
+  EXPECT_TRUE(MeshRefinerOptions().Check(&error)) << error;
+  const auto violates = [&](auto change, const std::string& name) {
+    MeshRefinerOptions options;
+    change(&options);
+    error.clear();
+    EXPECT_FALSE(options.Check(&error)) << name;
+    EXPECT_NE(error.find(name), std::string::npos) << error;
+  };
+  violates([](auto* o) { o->num_levels = 0; }, "num_levels");
+  violates([](auto* o) { o->max_num_iterations = -1; }, "max_num_iterations");
+  violates([](auto* o) { o->window_radius = 8; }, "window_radius");
+  violates([](auto* o) { o->max_num_neighbors = 17; }, "max_num_neighbors");
+  violates([](auto* o) { o->max_pairs_per_face = 0; }, "max_pairs_per_face");
+  violates([](auto* o) { o->smoothness = -1; }, "smoothness");
+  violates([](auto* o) { o->membrane = -1; }, "membrane");
+  violates([](auto* o) { o->noise_gray_levels = 300; }, "noise");
+  violates([](auto* o) { o->depth_tolerance = 0; }, "depth_tolerance");
+  violates([](auto* o) { o->max_step_px = 0; }, "max_step");
+  violates([](auto* o) { o->min_relative_gain = 2; }, "min_relative_gain");
+  violates([](auto* o) { o->max_face_area_px = -1; }, "max_face_area");
+  violates([](auto* o) { o->hold_out_every = -1; }, "hold_out_every");
 }
 
 }  // namespace

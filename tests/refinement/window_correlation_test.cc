@@ -49,7 +49,9 @@ std::vector<double> SlowErrors(const CorrelationTile& tile, const CorrelationOpt
       const double va = aa / n - a * a / n / n + options.noise_variance;
       const double vb = bb / n - b * b / n / n + options.noise_variance;
       const double zncc = (ab / n - a * b / n / n) / std::sqrt(va * vb);
-      errors[at] = tile.weight[at] * tile.valid[at] * (1 - zncc);
+      const double signal = va - options.noise_variance, h = 1 - zncc, s = options.robust_scale;
+      const double texture = signal / (signal + 4 * options.noise_variance);
+      errors[at] = tile.weight[at] * tile.valid[at] * texture * h * s / (h + s);
     }
   }
   return errors;
@@ -65,7 +67,7 @@ TEST(WindowCorrelation, AgreesWithTheDefinition) {
   for (const int radius : {1, 2, 3, 7}) {
     for (const int width : {5, 16, 37}) {
       CorrelationTile tile = MakeTile(width, 23, 0.15, 7);
-      const CorrelationOptions options{radius, 4.0f, 0.4f};
+      const CorrelationOptions options{radius, 4.0f, 0.5f, 0.4f};
       CorrelationScratch scratch;
       CorrelateWindows(options, &scratch, &tile);
       const std::vector<double> slow = SlowErrors(tile, options);
@@ -78,7 +80,7 @@ TEST(WindowCorrelation, AgreesWithTheDefinition) {
 
 TEST(WindowCorrelation, DerivativeAgreesWithFiniteDifferencesAtEveryPixel) {
   CorrelationTile tile = MakeTile(21, 18, 0.1, 3);
-  const CorrelationOptions options{2, 2.0f, 0.5f};
+  const CorrelationOptions options{2, 2.0f, 0.5f, 0.5f};
   CorrelationScratch scratch;
   CorrelateWindows(options, &scratch, &tile);
   const double step = 0.01;
@@ -95,7 +97,7 @@ TEST(WindowCorrelation, DerivativeAgreesWithFiniteDifferencesAtEveryPixel) {
 
 TEST(WindowCorrelation, GainAndOffsetOfAPhotoChangeNothing) {
   CorrelationTile tile = MakeTile(40, 30, 0.0, 5);
-  const CorrelationOptions options{3, 1e-4f, 0.5f};
+  const CorrelationOptions options{3, 1e-4f, 0.5f, 0.5f};
   CorrelationScratch scratch;
   CorrelateWindows(options, &scratch, &tile);
   const std::vector<float> before = tile.error;
@@ -108,7 +110,7 @@ TEST(WindowCorrelation, IdenticalWindowsHaveNoErrorAndFlatOnesLittleCurvature) {
   CorrelationTile tile = MakeTile(30, 20, 0.0, 9);
   tile.warped = tile.reference;
   for (float& weight : tile.weight) weight = 1;
-  const CorrelationOptions options{3, 4.0f, 0.5f};
+  const CorrelationOptions options{3, 4.0f, 0.5f, 0.5f};
   CorrelationScratch scratch;
   CorrelateWindows(options, &scratch, &tile);
   for (size_t k = 0; k < 30 * 20; ++k) {

@@ -1,0 +1,108 @@
+#include "lsmvs/refinement/guard.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "lsmvs/refinement/smoothness.h"
+
+namespace lsmvs {
+
+namespace {
+
+// A rise of the mean error below this is noise: it is a mean over some thousand correlated windows.
+constexpr double kAbsoluteTolerance = 0.004, kRelativeTolerance = 0.03;
+constexpr double kMinMassKept = 0.4;
+constexpr int kFadeRings = 3;
+
+struct RegionError {
+  double error = 0, mass = 0;
+};
+
+std::vector<RegionError> SumByRegion(const FaceRegions& regions, const PhotoTerms& terms) {
+  std::vector<RegionError> sums(static_cast<size_t>(regions.count));
+  for (size_t f = 0; f < regions.of_face.size(); ++f) {
+    RegionError& sum = sums[static_cast<size_t>(regions.of_face[f])];
+    sum.error += terms.error[f];
+    sum.mass += terms.mass[f];
+  }
+  return sums;
+}
+
+double MeanError(const std::vector<RegionError>& sums) {
+  double error = 0, mass = 0;
+  for (const RegionError& sum : sums) {
+    error += sum.error;
+    mass += sum.mass;
+  }
+  return mass > 0 ? error / mass : 0.0;
+}
+
+bool IsWorse(const RegionError& before, const RegionError& after) {
+  if (before.mass == 0) return false;
+  if (after.mass < kMinMassKept * before.mass) return true;
+  const double was = before.error / before.mass, is = after.error / after.mass;
+  return is > was * (1 + kRelativeTolerance) + kAbsoluteTolerance;
+}
+
+// Share of the refinement that each vertex keeps: 0 in the regions to restore, rising to 1 over a
+// few rings.
+std::vector<double> KeptShares(const TriangleMesh& mesh, const FaceRegions& regions,
+                               const std::vector<uint8_t>& is_worse) {
+  std::vector<double> shares(mesh.vertices.size(), 1.0);
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (!is_worse[static_cast<size_t>(regions.of_face[f])]) continue;
+    for (const int v : mesh.faces[f]) shares[static_cast<size_t>(v)] = 0.0;
+  }
+  const VertexRings rings = BuildVertexRings(mesh);
+  for (int ring = 0; ring < kFadeRings; ++ring) {
+    std::vector<double> faded = shares;
+    for (size_t v = 0; v < shares.size(); ++v) {
+      for (auto k = rings.begin[v]; k < rings.begin[v + 1]; ++k) {
+        const size_t j = static_cast<size_t>(rings.neighbors[static_cast<size_t>(k)]);
+        faded[v] = std::min(faded[v], shares[j] + 1.0 / (kFadeRings + 1));
+      }
+    }
+    shares.swap(faded);
+  }
+  return shares;
+}
+
+}  // namespace
+
+GuardSummary RestoreWorseRegions(const ImageStore& images, const std::vector<LevelView>& views,
+                                 const FaceRegions& regions, const FacePairs& pairs,
+                                 const std::vector<Eigen::Vector3d>& input,
+                                 const PhotoEnergyOptions& options, TriangleMesh* mesh,
+                                 const RunContext& context) {
+  TriangleMesh before;
+  before.vertices = input;
+  before.faces = mesh->faces;
+  const auto measure = [&](const TriangleMesh& candidate) {
+    return SumByRegion(
+        regions, EvaluatePhotoTerms(images, views, candidate, {}, pairs, {}, options, context));
+  };
+  const std::vector<RegionError> was = measure(before);
+  const std::vector<RegionError> is = measure(*mesh);
+  GuardSummary summary;
+  summary.input_error = MeanError(was);
+  std::vector<uint8_t> is_worse(was.size(), 0);
+  for (size_t r = 0; r < was.size(); ++r) {
+    is_worse[r] = IsWorse(was[r], is[r]);
+    summary.num_regions_restored += is_worse[r];
+  }
+  const std::vector<double> shares = KeptShares(*mesh, regions, is_worse);
+  for (size_t v = 0; v < shares.size(); ++v) {
+    if (shares[v] == 1.0) continue;
+    mesh->vertices[v] =
+        shares[v] == 0.0 ? input[v]
+                         : Eigen::Vector3d(input[v] + shares[v] * (mesh->vertices[v] - input[v]));
+  }
+  std::vector<RegionError> kept = is;
+  for (size_t r = 0; r < kept.size(); ++r) {
+    if (is_worse[r]) kept[r] = was[r];
+  }
+  summary.output_error = MeanError(kept);
+  return summary;
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "lsmvs/image/image_store.h"
+#include "lsmvs/mesh/triangle_mesh.h"
+#include "lsmvs/refinement/face_regions.h"
+#include "lsmvs/refinement/pair_selection.h"
+#include "lsmvs/refinement/photo_energy.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+struct GuardSummary {
+  size_t num_regions_restored = 0;
+  // Mean of 1 - ZNCC over the judging pairs: before, and after what got worse was restored.
+  double input_error = 0, output_error = 0;
+};
+
+// Compares the photo error of every region of a refined mesh with that of the same faces at their
+// `input` positions, over the pairs given (best such as took no part in the refinement). Regions
+// whose mean error rose by more than rounding and noise explain, or that lost many of their judged
+// pixels, return to their input. Around them the displacement fades out over a few rings of
+// vertices, so that no step is left.
+GuardSummary RestoreWorseRegions(const ImageStore& images, const std::vector<LevelView>& views,
+                                 const FaceRegions& regions, const FacePairs& pairs,
+                                 const std::vector<Eigen::Vector3d>& input,
+                                 const PhotoEnergyOptions& options, TriangleMesh* mesh,
+                                 const RunContext& context);
+
+}  // namespace lsmvs
