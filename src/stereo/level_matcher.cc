@@ -13,6 +13,13 @@ constexpr int kPropagationOffsets[LevelMatcher::kMaxPropagation][2] = {
     {-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-3, 0}, {3, 0},
     {0, -3}, {0, 3}, {-7, 0}, {7, 0}, {0, -7}, {0, 7}};
 
+// Cost of leaving the prior by kPriorTolerancePx or more of displacement, for a window without
+// texture.
+constexpr float kPriorWeight = 0.5f;
+constexpr float kPriorTolerancePx = 0.5f;
+// Slopes count by the displacement that they cause at this distance from the centre.
+constexpr float kPriorReachPx = 3.0f;
+
 // Uniform in [-1, 1): a hash of its arguments.
 float Noise(uint64_t salt, uint32_t pixel, uint32_t draw) {
   uint64_t h = salt + pixel * 0x9E3779B97F4A7C15ull + draw * 0xD1B54A32D192ED03ull;
@@ -34,6 +41,9 @@ struct LevelMatcher::Packet {
   size_t tile = 0;
   PlanePacket planes;
   alignas(64) float costs[kPacketSize];
+  float step = 0;  // inverse depth that moves the pixels by one pixel in the sources
+  PlanePacket prior;
+  alignas(64) float prior_weight[kPacketSize];
 };
 
 LevelMatcher::LevelMatcher(const MatchingProblem& problem, float min_inverse_depth,
@@ -44,7 +54,7 @@ LevelMatcher::LevelMatcher(const MatchingProblem& problem, float min_inverse_dep
       salt_(salt),
       tiles_wide_((problem.gray->width + kTileWidth - 1) / kTileWidth),
       tiles_high_((problem.gray->height + kTileHeight - 1) / kTileHeight),
-      costs_(problem.gray->width, problem.gray->height, kMaxCost),
+      costs_(problem.gray->width, problem.gray->height, 0.0f),
       tile_views_(static_cast<size_t>(tiles_wide_) * static_cast<size_t>(tiles_high_)) {}
 
 size_t LevelMatcher::TileIndex(int tile_column, int tile_row) const {
@@ -78,7 +88,37 @@ LevelMatcher::Packet LevelMatcher::Load(int tile_column, int tile_row, int color
     packet.planes.qy[lane] = plane.qy;
     packet.costs[lane] = costs_(pixels[lane].column, pixels[lane].row);
   }
+  LoadPrior(&packet);
   return packet;
+}
+
+void LevelMatcher::LoadPrior(Packet* packet) const {
+  const PlaneMap& source = prior_.empty() ? planes_ : prior_;
+  const float noise = problem_.noise_variance;
+  for (int lane = 0; lane < kPacketSize; ++lane) {
+    const Plane& plane = source(packet->pixels[lane].column, packet->pixels[lane].row);
+    packet->prior.q[lane] = plane.q;
+    packet->prior.qx[lane] = plane.qx;
+    packet->prior.qy[lane] = plane.qy;
+  }
+  packet->step = InverseDepthStep(*packet);
+  const float scale = prior_.empty() ? 0.0f : kPriorWeight;
+  for (int lane = 0; lane < kPacketSize; ++lane) {
+    packet->prior_weight[lane] = scale * noise / (packet->scorer.patch().variance[lane] + noise);
+  }
+}
+
+void LevelMatcher::Score(const PlanePacket& planes, const Packet& packet, float* costs) const {
+  packet.scorer.Cost(planes, packet.views, NumBestViews(static_cast<int>(packet.views.size())),
+                     costs);
+  if (prior_.empty()) return;
+  const float scale = 1.0f / (packet.step * kPriorTolerancePx);
+  for (int lane = 0; lane < kPacketSize; ++lane) {
+    const float distance = std::abs(planes.q[lane] - packet.prior.q[lane]) +
+                           kPriorReachPx * (std::abs(planes.qx[lane] - packet.prior.qx[lane]) +
+                                            std::abs(planes.qy[lane] - packet.prior.qy[lane]));
+    costs[lane] += packet.prior_weight[lane] * std::min(1.0f, distance * scale);
+  }
 }
 
 void LevelMatcher::Store(const Packet& packet) {
@@ -138,7 +178,7 @@ void LevelMatcher::Propagate(int count, Packet* packet) const {
 float LevelMatcher::InverseDepthStep(const Packet& packet) const {
   const float u = packet.scorer.patch().u[5], v = packet.scorer.patch().v[5];
   float mean_q = 0;
-  for (const float q : packet.planes.q) mean_q += q / kPacketSize;
+  for (const float q : packet.prior.q) mean_q += q / kPacketSize;
   float displacement = 0;
   for (const uint8_t source : packet.views) {
     const SourceView& view = problem_.sources[source];
@@ -153,7 +193,7 @@ float LevelMatcher::InverseDepthStep(const Packet& packet) const {
 }
 
 void LevelMatcher::Perturb(const SweepSettings& settings, Packet* packet) const {
-  const float step = InverseDepthStep(*packet);
+  const float step = packet->step;
   PlanePacket candidate;
   const int num_trials = settings.num_random + settings.num_perturbed;
   for (int trial = 0; trial < num_trials; ++trial) {
@@ -176,20 +216,24 @@ void LevelMatcher::Perturb(const SweepSettings& settings, Packet* packet) const 
   }
 }
 
-void LevelMatcher::RefineByParabola(float step_px, Packet* packet) const {
-  const float step = step_px * InverseDepthStep(*packet);
-  const int num_best = NumBestViews(static_cast<int>(packet->views.size()));
-  alignas(64) float nearer[kPacketSize], farther[kPacketSize];
+// Minimum of the parabola through three costs, in steps; 0 where they are not convex.
+float ParabolaMinimum(float before, float at, float after) {
+  const float curvature = before + after - 2 * at;
+  return curvature > 1e-6f ? std::clamp(0.5f * (before - after) / curvature, -1.0f, 1.0f) : 0.0f;
+}
+
+void LevelMatcher::RefineByParabola(float (PlanePacket::*field)[kPacketSize], float step,
+                                    Packet* packet) const {
+  alignas(64) float after[kPacketSize], before[kPacketSize];
   PlanePacket candidate = packet->planes;
-  for (float& q : candidate.q) q += step;
-  packet->scorer.Cost(candidate, packet->views, num_best, nearer);
-  for (float& q : candidate.q) q -= 2 * step;
-  packet->scorer.Cost(candidate, packet->views, num_best, farther);
+  for (float& value : candidate.*field) value += step;
+  Score(candidate, *packet, after);
+  for (float& value : candidate.*field) value -= 2 * step;
+  Score(candidate, *packet, before);
   for (int lane = 0; lane < kPacketSize; ++lane) {
-    const float curvature = nearer[lane] + farther[lane] - 2 * packet->costs[lane];
-    const float slope = 0.5f * (farther[lane] - nearer[lane]);
-    const float offset = curvature > 1e-6f ? std::clamp(slope / curvature, -1.0f, 1.0f) : 0.0f;
-    candidate.q[lane] = packet->planes.q[lane] + offset * step;
+    (candidate.*field)[lane] =
+        (packet->planes.*field)[lane] +
+        step * ParabolaMinimum(before[lane], packet->costs[lane], after[lane]);
   }
   Try(candidate, packet);
 }
@@ -210,22 +254,26 @@ void LevelMatcher::ChooseViews(int num_views, Packet* packet) {
   tile_views_[packet->tile] = order;
 }
 
-void LevelMatcher::Start(PlaneMap planes, int num_views, const RunContext& context) {
+void LevelMatcher::Start(PlaneMap planes, bool prior, int num_views, const RunContext& context) {
   planes_ = std::move(planes);
   num_tile_views_ = std::min(num_views, static_cast<int>(problem_.sources.size()));
   const float spread = max_q_ - min_q_;
   for (size_t i = 0; i < planes_.size(); ++i) {
     Plane& plane = planes_.pixels[i];
-    if (plane.q > 0) continue;
+    if (plane.q > 0) {
+      plane.q = std::clamp(plane.q, min_q_, max_q_);
+      continue;
+    }
     plane = {min_q_ + spread * (0.5f + 0.5f * Noise(salt_, static_cast<uint32_t>(i), 1)), 0, 0};
   }
+  if (prior) prior_ = planes_;
   for (const int color : {0, 1}) {
     ForEachPacket(context, color, [&](Packet* packet) {
       if (color == 0) ChooseViews(num_tile_views_, packet);
       packet->views =
           std::span(tile_views_[packet->tile]).first(static_cast<size_t>(num_tile_views_));
-      packet->scorer.Cost(packet->planes, packet->views, NumBestViews(num_tile_views_),
-                          packet->costs);
+      packet->step = InverseDepthStep(*packet);
+      Score(packet->planes, *packet, packet->costs);
     });
   }
   ++sweep_;
@@ -270,7 +318,12 @@ void LevelMatcher::Sweep(const SweepSettings& settings, const RunContext& contex
     ForEachPacket(context, color, [&](Packet* packet) {
       Propagate(settings.num_propagated, packet);
       Perturb(settings, packet);
-      if (settings.parabola_px > 0) RefineByParabola(settings.parabola_px, packet);
+      if (settings.parabola_px > 0)
+        RefineByParabola(&PlanePacket::q, settings.parabola_px * packet->step, packet);
+      if (settings.parabola_slope > 0) {
+        RefineByParabola(&PlanePacket::qx, settings.parabola_slope * packet->step, packet);
+        RefineByParabola(&PlanePacket::qy, settings.parabola_slope * packet->step, packet);
+      }
     });
   }
   ++sweep_;
@@ -301,8 +354,10 @@ void LevelMatcher::Filter(const FilterSettings& settings, const RunContext& cont
     const bool several = packet->views.size() > 1;
     for (int lane = 0; lane < kPacketSize; ++lane) {
       const float zncc = several ? 0.5f * (best[lane] + second[lane]) : best[lane];
-      const bool keep = zncc >= settings.min_zncc &&
-                        (!geometric || num_consistent[lane] >= settings.min_num_consistent);
+      const float texture = packet->scorer.patch().variance[lane];
+      const float needed = settings.min_zncc * texture / (texture + problem_.noise_variance);
+      const bool keep =
+          zncc >= needed && (!geometric || num_consistent[lane] >= settings.min_num_consistent);
       if (!keep) packet->planes.q[lane] = 0;
     }
   };

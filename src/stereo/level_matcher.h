@@ -16,13 +16,15 @@ struct SweepSettings {
   int num_propagated = 4;
   // Random trials: planes perturbed by up to `depth_px` of displacement in the sources and `slope`
   // in its gradient.
-  int num_perturbed = 1;
+  int num_perturbed = 0;
   float depth_px = 1.0f;
   float slope = 0.1f;
   // Trials drawn from the whole range of depth.
   int num_random = 0;
   // Minimum of the parabola through the costs at +-parabola_px of displacement. 0: none.
   float parabola_px = 0;
+  // The same for the slopes, in displacement per pixel.
+  float parabola_slope = 0;
 };
 
 // PatchMatch on one pyramid level of one view. Pixels are treated in packets of 16: the pixels of
@@ -39,8 +41,10 @@ class LevelMatcher {
                uint64_t salt);
 
   // Starts from given planes (of the level's size). Pixels without one get a random plane. Each
-  // tile keeps the `num_views` sources that match best.
-  void Start(PlaneMap planes, int num_views, const RunContext& context);
+  // tile keeps the `num_views` sources that match best. With `prior`, planes cost for leaving the
+  // given ones, by as much as the reference window has no texture above noise: what a coarser level
+  // knows is kept where this one sees nothing new.
+  void Start(PlaneMap planes, bool prior, int num_views, const RunContext& context);
   // Tries for each pixel the planes of the nearest pixels of a coarser map.
   void InheritNeighbors(const PlaneMap& coarse, const RunContext& context);
   void Sweep(const SweepSettings& settings, const RunContext& context);
@@ -65,13 +69,15 @@ class LevelMatcher {
   template <class Body>
   void ForEachPacket(const RunContext& context, int color, const Body& body);
   Packet Load(int tile_column, int tile_row, int color) const;
+  void LoadPrior(Packet* packet) const;
   void Store(const Packet& packet);
   void Try(const PlanePacket& candidate, Packet* packet) const;
   void Propagate(int count, Packet* packet) const;
   void Perturb(const SweepSettings& settings, Packet* packet) const;
-  void RefineByParabola(float step_px, Packet* packet) const;
+  void RefineByParabola(float (PlanePacket::*field)[kPacketSize], float step, Packet* packet) const;
   void ChooseViews(int num_views, Packet* packet);
   float InverseDepthStep(const Packet& packet) const;
+  void Score(const PlanePacket& planes, const Packet& packet, float* costs) const;
   size_t TileIndex(int tile_column, int tile_row) const;
 
   const MatchingProblem& problem_;
@@ -80,6 +86,7 @@ class LevelMatcher {
   uint32_t sweep_ = 0;
   int tiles_wide_, tiles_high_;
   PlaneMap planes_;
+  PlaneMap prior_;  // empty: none
   Raster<float> costs_;
   std::vector<std::array<uint8_t, kMaxSources>> tile_views_;
   int num_tile_views_ = 0;

@@ -5,51 +5,27 @@
 #include <vector>
 
 #include "lsmvs/image/raster.h"
+#include "lsmvs/stereo/consistency_kernel.h"
 #include "lsmvs/stereo/patch_kernel.h"
 #include "lsmvs/stereo/plane_map.h"
 
 namespace lsmvs {
-
-// The map of a source view that the geometric term compares with.
-struct SourcePlanes {
-  const PlaneMap* planes = nullptr;  // null: no geometric term for this view
-  // Homogeneous map coordinates of reference coordinates (u, v) at inverse depth q are forward_m
-  // (u, v, 1) + forward_e q, and back from map coordinates and inverse depth there. Both in image
-  // coordinates (pixel centres at 0.5).
-  float forward_m[9] = {}, forward_e[3] = {};
-  float backward_m[9] = {}, backward_e[3] = {};
-};
 
 // What one level of one view is matched with.
 struct MatchingProblem {
   const GrayImage* gray = nullptr;  // the reference
   std::vector<SourceView> sources;
   std::vector<SourcePlanes> source_planes;  // as many, or empty in the photometric pass
-  WindowShape window;
-  float noise_variance = 1;            // grey levels squared, at this level
-  float geometric_weight = 0;          // cost a pixel of forward-backward error
-  float geometric_max_px = 0;          // error is cut there
-  std::vector<float> spatial_weights;  // a sample of the window
-  std::vector<float> color_weights;    // by |grey difference| in steps of 1/kColorSteps
+  PatchWeights weights;
+  float noise_variance = 1;    // grey levels squared, at this level
+  float geometric_weight = 0;  // cost a pixel of forward-backward error
+  float geometric_max_px = 0;  // error is cut there
 };
-constexpr int kColorSteps = 2;
-
-// Weights of the window's samples and of grey differences: Gaussians.
-std::vector<float> SpatialWeights(const WindowShape& window, double sigma_px);
-std::vector<float> ColorWeights(double sigma_gray);
-
-struct PixelPosition {
-  int column, row;
-};
-using PacketPixels = std::array<PixelPosition, kPacketSize>;
-
-// Fills the reference side of a packet: bilateral weights, weighted greys, variances. Samples
-// outside the image weigh 0.
-void BuildPatch(const MatchingProblem& problem, const PacketPixels& pixels, PatchPacket* patch);
 
 constexpr int kMaxSources = 16;
-// Cost of a window that a source does not see: as bad as anticorrelation.
-constexpr float kMaxCost = 2.0f;
+// 1 - ZNCC is cut here: anticorrelated is no worse than uncorrelated. Also the cost of a window
+// that a source does not see.
+constexpr float kMaxPhotometricCost = 1.2f;
 
 // Costs of planes at 16 pixels over the sources `views` (positions in problem.sources).
 class PacketScorer {
@@ -72,6 +48,6 @@ class PacketScorer {
 };
 
 // How many of `num_views` sources are averaged: the others may be occluded.
-inline int NumBestViews(int num_views) { return std::min(num_views, (num_views + 2) / 2); }
+inline int NumBestViews(int num_views) { return std::min(num_views, 3); }
 
 }  // namespace lsmvs

@@ -100,42 +100,54 @@ HWY_INLINE Warp MakeWarp(const PatchPacket& patch, const WindowShape& window,
   return warp;
 }
 
-// The four pixels of each lane's sample, in two words of two pixels.
-HWY_INLINE void GatherQuads(const uint64_t* origin, I index, hn::Vec<DU>* top,
-                            hn::Vec<DU>* bottom) {
+// The elements of each lane's sample, in two words of two numbers.
+HWY_INLINE void GatherElements(const uint64_t* origin, I index, hn::Vec<DU>* low_words,
+                               hn::Vec<DU>* high_words) {
 #if HWY_TARGET == HWY_SCALAR
-  const uint64_t quad = origin[hn::GetLane(index)];
-  *top = hn::Set(du, static_cast<uint32_t>(quad));
-  *bottom = hn::Set(du, static_cast<uint32_t>(quad >> 32));
+  const uint64_t element = origin[hn::GetLane(index)];
+  *low_words = hn::Set(du, static_cast<uint32_t>(element));
+  *high_words = hn::Set(du, static_cast<uint32_t>(element >> 32));
 #else
   constexpr DI64 di64;
   constexpr DU64 du64;
   constexpr hn::Half<DI> di_half;
-  const auto low =
+  const auto first =
       hn::GatherIndex(du64, origin, hn::PromoteTo(di64, hn::LowerHalf(di_half, index)));
-  const auto high =
+  const auto second =
       hn::GatherIndex(du64, origin, hn::PromoteTo(di64, hn::UpperHalf(di_half, index)));
-  *top = hn::ConcatEven(du, hn::BitCast(du, high), hn::BitCast(du, low));
-  *bottom = hn::ConcatOdd(du, hn::BitCast(du, high), hn::BitCast(du, low));
+  *low_words = hn::ConcatEven(du, hn::BitCast(du, second), hn::BitCast(du, first));
+  *high_words = hn::ConcatOdd(du, hn::BitCast(du, second), hn::BitCast(du, first));
 #endif
 }
 
-HWY_INLINE F LowPixel(hn::Vec<DU> word) {
-  return hn::ConvertTo(df, hn::BitCast(di, hn::And(word, hn::Set(du, 0xffffu))));
+// The signed numbers in the halves of a word, times 2^16.
+HWY_INLINE F LowNumber(hn::Vec<DU> word) {
+  return hn::ConvertTo(df, hn::BitCast(di, hn::ShiftLeft<16>(word)));
 }
-HWY_INLINE F HighPixel(hn::Vec<DU> word) {
-  return hn::ConvertTo(df, hn::BitCast(di, hn::ShiftRight<16>(word)));
+HWY_INLINE F HighNumber(hn::Vec<DU> word) {
+  return hn::ConvertTo(df, hn::BitCast(di, hn::And(word, hn::Set(du, 0xffff0000u))));
 }
-HWY_INLINE F Mix(F a, F b, F t) { return hn::MulAdd(t, hn::Sub(b, a), a); }
+constexpr float kSampleScale = PackedImage::kScale * 65536.0f;
 
-// Bilinear samples, in units of 1/PackedImage::kScale. Coordinates at least -kPadding.
-HWY_INLINE F Sample(const uint64_t* origin, I stride, F x, F y) {
-  const F floor_x = hn::Floor(x), floor_y = hn::Floor(y);
-  const I index = hn::Add(hn::Mul(hn::ConvertTo(di, floor_y), stride), hn::ConvertTo(di, floor_x));
-  hn::Vec<DU> top, bottom;
-  GatherQuads(origin, index, &top, &bottom);
-  const F a = hn::Sub(x, floor_x), b = hn::Sub(y, floor_y);
-  return Mix(Mix(LowPixel(top), HighPixel(top), a), Mix(LowPixel(bottom), HighPixel(bottom), a), b);
+// Adding this rounds a float of magnitude below 2^22 to an integer, which then stands in the low
+// bits.
+constexpr float kRounder = 12582912.0f;  // 1.5 * 2^23
+constexpr int32_t kRounderBits = 0x4B400000;
+
+// Bilinear samples at (x + 0.5, y + 0.5), in units of 1/kSampleScale. Coordinates at least
+// -kPadding. Rounding x to the nearest integer is flooring x + 0.5, but for ties, where both cells
+// give the same value.
+HWY_INLINE F Sample(const uint64_t* origin, I stride, I bias, F x, F y) {
+  const F rounder = hn::Set(df, kRounder), half = hn::Set(df, 0.5f);
+  const F rounded_x = hn::Add(x, rounder), rounded_y = hn::Add(y, rounder);
+  const I index = hn::Sub(
+      hn::Add(hn::Mul(hn::BitCast(di, rounded_y), stride), hn::BitCast(di, rounded_x)), bias);
+  hn::Vec<DU> low_words, high_words;
+  GatherElements(origin, index, &low_words, &high_words);
+  const F a = hn::Add(hn::Sub(x, hn::Sub(rounded_x, rounder)), half);
+  const F b = hn::Add(hn::Sub(y, hn::Sub(rounded_y, rounder)), half);
+  const F top = hn::MulAdd(a, HighNumber(low_words), LowNumber(low_words));
+  return hn::MulAdd(b, hn::MulAdd(a, HighNumber(high_words), LowNumber(high_words)), top);
 }
 
 HWY_INLINE F ScoreLanes(const PatchPacket& patch, const WindowShape& window, const Warp& warp,
@@ -143,24 +155,32 @@ HWY_INLINE F ScoreLanes(const PatchPacket& patch, const WindowShape& window, con
   F sum = hn::Zero(df), sum_squares = hn::Zero(df), product = hn::Zero(df);
   const uint64_t* origin = source.image->Origin();
   const I stride = hn::Set(di, source.image->stride);
+  const uint32_t bias_bits =
+      uint32_t{kRounderBits} * (static_cast<uint32_t>(source.image->stride) + 1);
+  const I bias = hn::Set(di, static_cast<int32_t>(bias_bits));
+  const F half = hn::Set(df, 0.5f);
+  const F center_x = hn::Sub(warp.x, half), center_y = hn::Sub(warp.y, half);
+  float offsets[kMaxWindowSide];
+  for (int i = 0; i < window.Side(); ++i)
+    offsets[i] = static_cast<float>((i - window.half) * window.step);
   int sample = 0;
   for (int row = -window.half; row <= window.half; ++row) {
-    const F v = hn::Set(df, static_cast<float>(row * window.step));
+    const F v = hn::Set(df, offsets[row + window.half]);
     const F row_tilt = hn::Mul(warp.tilt_v, v);
     const F row_x = hn::Mul(warp.xv, v), row_y = hn::Mul(warp.yv, v);
     for (int column = -window.half; column <= window.half; ++column, ++sample) {
-      const F u = hn::Set(df, static_cast<float>(column * window.step));
+      const F u = hn::Set(df, offsets[column + window.half]);
       const F r = Expand(hn::MulAdd(warp.tilt_u, u, row_tilt));
-      const F x = hn::MulAdd(hn::MulAdd(warp.xu, u, row_x), r, warp.x);
-      const F y = hn::MulAdd(hn::MulAdd(warp.yu, u, row_y), r, warp.y);
-      const F value = Sample(origin, stride, x, y);
+      const F x = hn::MulAdd(hn::MulAdd(warp.xu, u, row_x), r, center_x);
+      const F y = hn::MulAdd(hn::MulAdd(warp.yu, u, row_y), r, center_y);
+      const F value = Sample(origin, stride, bias, x, y);
       const F weighted = hn::Mul(hn::Load(df, patch.weight[sample] + lane), value);
       sum = hn::Add(sum, weighted);
       sum_squares = hn::MulAdd(weighted, value, sum_squares);
       product = hn::MulAdd(hn::Load(df, patch.weighted_gray[sample] + lane), value, product);
     }
   }
-  const F unit = hn::Set(df, 1.0f / PackedImage::kScale), noise = hn::Set(df, noise_variance);
+  const F unit = hn::Set(df, 1.0f / kSampleScale), noise = hn::Set(df, noise_variance);
   const F variance = hn::Mul(hn::NegMulAdd(sum, sum, sum_squares), hn::Mul(unit, unit));
   const F reference = hn::Add(hn::Load(df, patch.variance + lane), noise);
   const F floor = hn::Add(hn::Max(variance, hn::Zero(df)), noise);
@@ -176,6 +196,53 @@ void ScorePacketImpl(const PatchPacket& patch, const WindowShape& window, const 
   }
 }
 
+void BuildPatchImpl(const GrayImage& gray, const PatchWeights& weights, PatchPacket* patch) {
+  const WindowShape& window = weights.window;
+  const int num_samples = window.NumSamples();
+  const float* pixels = gray.pixels.data();
+  const I zero = hn::Zero(di), width = hn::Set(di, gray.width);
+  const I last_column = hn::Set(di, gray.width - 1), last_row = hn::Set(di, gray.height - 1);
+  const F steps = hn::Set(df, static_cast<float>(kColorSteps));
+  for (size_t lane = 0; lane < kPacketSize; lane += hn::Lanes(df)) {
+    const I column = hn::ConvertTo(di, hn::Load(df, patch->u + lane));
+    const I row = hn::ConvertTo(di, hn::Load(df, patch->v + lane));
+    const F center = hn::GatherIndex(df, pixels, hn::Add(hn::Mul(row, width), column));
+    F sum_weights = hn::Zero(df), sum = hn::Zero(df);
+    int sample = 0;
+    for (int y = -window.half; y <= window.half; ++y) {
+      const I wanted_row = hn::Add(row, hn::Set(di, y * window.step));
+      const I used_row = hn::Max(zero, hn::Min(wanted_row, last_row));
+      const I row_begin = hn::Mul(used_row, width);
+      for (int x = -window.half; x <= window.half; ++x, ++sample) {
+        const I wanted = hn::Add(column, hn::Set(di, x * window.step));
+        const I used = hn::Max(zero, hn::Min(wanted, last_column));
+        const auto inside = hn::And(hn::Eq(wanted, used), hn::Eq(wanted_row, used_row));
+        const F value = hn::GatherIndex(df, pixels, hn::Add(row_begin, used));
+        const I difference = hn::NearestInt(hn::Mul(hn::AbsDiff(value, center), steps));
+        const F color = hn::GatherIndex(df, weights.color.data(), difference);
+        const F weight = hn::IfThenElseZero(
+            hn::RebindMask(df, inside),
+            hn::Mul(color, hn::Set(df, weights.spatial[static_cast<size_t>(sample)])));
+        hn::Store(weight, df, patch->weight[sample] + lane);
+        hn::Store(value, df, patch->weighted_gray[sample] + lane);
+        sum_weights = hn::Add(sum_weights, weight);
+        sum = hn::MulAdd(weight, value, sum);
+      }
+    }
+    const F scale = hn::Div(hn::Set(df, 1.0f), sum_weights), mean = hn::Mul(sum, scale);
+    F variance = hn::Zero(df);
+    for (sample = 0; sample < num_samples; ++sample) {
+      const F weight = hn::Mul(hn::Load(df, patch->weight[sample] + lane), scale);
+      const F centered = hn::Sub(hn::Load(df, patch->weighted_gray[sample] + lane), mean);
+      const F weighted = hn::Mul(weight, centered);
+      hn::Store(weight, df, patch->weight[sample] + lane);
+      hn::Store(weighted, df, patch->weighted_gray[sample] + lane);
+      variance = hn::MulAdd(weighted, centered, variance);
+    }
+    hn::Store(variance, df, patch->variance + lane);
+  }
+}
+
 const char* TargetImpl() { return hwy::TargetName(HWY_TARGET); }
 
 }  // namespace
@@ -184,10 +251,36 @@ const char* TargetImpl() { return hwy::TargetName(HWY_TARGET); }
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <cmath>
+
 namespace lsmvs {
 
 HWY_EXPORT(ScorePacketImpl);
+HWY_EXPORT(BuildPatchImpl);
 HWY_EXPORT(TargetImpl);
+
+PatchWeights::PatchWeights(const WindowShape& shape, double sigma_px, double sigma_gray)
+    : window(shape) {
+  for (int row = -window.half; row <= window.half; ++row) {
+    for (int column = -window.half; column <= window.half; ++column) {
+      const double squared = (row * row + column * column) * double(window.step) * window.step;
+      spatial.push_back(static_cast<float>(std::exp(-squared / (2 * sigma_px * sigma_px))));
+    }
+  }
+  for (int i = 0; i <= 256 * kColorSteps; ++i) {
+    const double difference = static_cast<double>(i) / kColorSteps / sigma_gray;
+    color.push_back(static_cast<float>(std::exp(-0.5 * difference * difference)));
+  }
+}
+
+void BuildPatch(const GrayImage& gray, const PatchWeights& weights, const PacketPixels& pixels,
+                PatchPacket* patch) {
+  for (int lane = 0; lane < kPacketSize; ++lane) {
+    patch->u[lane] = static_cast<float>(pixels[static_cast<size_t>(lane)].column) + 0.5f;
+    patch->v[lane] = static_cast<float>(pixels[static_cast<size_t>(lane)].row) + 0.5f;
+  }
+  HWY_DYNAMIC_DISPATCH(BuildPatchImpl)(gray, weights, patch);
+}
 
 void ScorePacket(const PatchPacket& patch, const WindowShape& window, const PlanePacket& planes,
                  const SourceView& source, float noise_variance, float* zncc) {

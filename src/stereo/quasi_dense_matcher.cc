@@ -288,7 +288,7 @@ CostEstimate EstimateQuasiDenseCost(const Scene& scene, const ImageStore& images
                                     const QuasiDenseOptions& options) {
   // Measured: windows compared an interest point on the finest scale (coarser ones add a third),
   // and what a sample costs.
-  constexpr double kSecondsPerSample = 1.0e-9;
+  constexpr double kSecondsPerSample = 2.0e-9;
   constexpr double kTrialsPerPoint = 12, kCoarserScales = 4.0 / 3.0;
   constexpr double kSecondsPerPixel = 1.2e-7;  // detection and decoding
   constexpr double kBytesPerTrack = 80;

@@ -110,7 +110,7 @@ struct QuasiDenseResult {
 //              join
 // Masked pixels have no points. The result does not depend on the number of threads. Throws
 // UsageError for options out of range, CancelledError; nothing to match is a status.
-// Memory: 32 bytes an interest point of every view (an interest point for each spacing_px^2 pixels
+// Memory: 28 bytes an interest point of every view (an interest point for each spacing_px^2 pixels
 // at most), the cloud, and images within a fifth of the memory budget. Time: see
 // EstimateQuasiDenseCost.
 //   H.-H. Vu: Large-scale and high-quality multi-view stereo, thesis, 2011, chapter 4.2.1. M.

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
-#include <cmath>
+#include <algorithm>
+#include <array>
 #include <cstdint>
-#include <limits>
+#include <vector>
 
 #include "lsmvs/surface/cell_complex.h"
 
@@ -22,112 +22,113 @@ namespace lsmvs {
 class RayWalker {
  public:
   struct End {
-    int32_t cell = -1;  // the cell that holds the ray's end, or the cell at infinity through which
-                        // it left; -1: lost
+    int32_t cell = -1;  // that holds the ray's end, or at infinity through which it left; -1: lost
     uint32_t num_crossings = 0;
   };
-
-  explicit RayWalker(const CellComplex& complex) : complex_(complex) {}
-
-  // Calls on_cross(cell, facet, distance) for each facet that the segment of `length` from `vertex`
-  // in `direction` (unit length) crosses, with the cell that is *entered* and the facet in it.
-  // `distance` from the vertex is exact up to rounding below near_distance, and not less than
-  // near_distance beyond.
-  template <class OnCross>
-  End Walk(int32_t vertex, const Eigen::Vector3d& direction, double length, double near_distance,
-           const OnCross& on_cross);
-
- private:
   // A vertex in the frame of the ray: z along it.
   struct Projected {
+    Eigen::Vector4f x;  // x, y, z; the fourth means nothing
     int32_t vertex = 0;
-    float x = 0, y = 0, z = 0;
+  };
+  // A ray on its way. Several of them, stepped in turn, hide each other's memory latency.
+  struct Ray {
+    Eigen::Vector4f origin;
+    std::array<Eigen::Vector4f, 3>
+        axes;  // what a step along x, y, z of the world is in the ray's frame
+    std::array<Projected, 3> corners;  // of the facet that is crossed next, counter-clockwise
+    int32_t current = -1, next = -1;   // the cells before and behind it
+    int32_t entry = 0;                 // the facet in `next`
+    uint32_t num_crossings = 0;
+    float near = 0, length = 0;
+    bool careful = true;  // near one of the ends: distances matter
   };
 
-  void SetFrame(int32_t vertex, const Eigen::Vector3d& direction);
-  Projected Project(int32_t vertex) const {
-    const Eigen::Vector3f& p = complex_.points[vertex];
-    const double dx = p.x() - origin_[0], dy = p.y() - origin_[1], dz = p.z() - origin_[2];
-    return {vertex, static_cast<float>(u_[0] * dx + u_[1] * dy + u_[2] * dz),
-            static_cast<float>(v_[0] * dx + v_[1] * dy + v_[2] * dz),
-            static_cast<float>(w_[0] * dx + w_[1] * dy + w_[2] * dz)};
+  // Copies the points: 16 bytes each.
+  explicit RayWalker(const CellComplex& complex);
+
+  // Sets off from `vertex` in `direction` (unit length). False if the ray ends at once: see EndOf.
+  bool Start(int32_t vertex, const Eigen::Vector3d& direction, double length, double near_distance,
+             Ray* ray) const;
+  // Crosses the next facet and calls on_cross(cell, facet, distance) with the cell that is
+  // *entered*, the facet in it and the distance from the vertex, which is exact up to rounding
+  // below near_distance and not less than near_distance beyond. False at the end.
+  template <class OnCross>
+  bool Step(Ray* ray, const OnCross& on_cross) const;
+  End EndOf(const Ray& ray) const { return {ray.current, ray.num_crossings}; }
+
+  // From start to end.
+  template <class OnCross>
+  End Walk(int32_t vertex, const Eigen::Vector3d& direction, double length, double near_distance,
+           const OnCross& on_cross) const {
+    Ray ray;
+    bool going = Start(vertex, direction, length, near_distance, &ray);
+    while (going) going = Step(&ray, on_cross);
+    return EndOf(ray);
+  }
+
+ private:
+  // Single precision moves far vertices sideways by 1e-7 of their distance at most, the same for
+  // all cells they belong to.
+  Projected Project(const Ray& ray, int32_t vertex) const {
+    const Eigen::Vector4f d = points_[vertex] - ray.origin;
+    return {ray.axes[0] * d[0] + ray.axes[1] * d[1] + ray.axes[2] * d[2], vertex};
   }
   // Whether b lies counter-clockwise of a seen against the ray, ties broken by tilting the ray.
   static bool TurnsLeft(const Projected& a, const Projected& b) {
-    const double left = static_cast<double>(a.x) * b.y, right = static_cast<double>(a.y) * b.x;
-    if (left != right) [[likely]]
-      return left > right;
-    return TurnsLeftTilted(a, b);
+    const double left = static_cast<double>(a.x[0]) * b.x[1];
+    const double right = static_cast<double>(a.x[1]) * b.x[0];
+    if (left == right) [[unlikely]]
+      return TurnsLeftTilted(a, b);
+    return left > right;
   }
   static bool TurnsLeftTilted(const Projected& a, const Projected& b);
   // Where the ray crosses the triangle.
-  static double Depth(const Projected& a, const Projected& b, const Projected& c);
-  // Finds the cell around `vertex` into which the ray starts and the facet (a, b, c),
-  // counter-clockwise seen from outside of that cell, through which it leaves it. -1: not found; a
-  // cell at infinity: the ray starts outside of the hull.
-  int32_t FindStart(int32_t vertex, Projected* a, Projected* b, Projected* c, int* exit) const;
+  static double Depth(const std::array<Projected, 3>& corners);
+  // Finds the cell around `vertex` into which the ray starts, and the facet through which it leaves
+  // it, which becomes the ray's corners; returns its index. -1: there is none, the ray ends at
+  // once.
+  int FindStart(int32_t vertex, Ray* ray) const;
+  void LeaveThrough(int exit, Ray* ray) const {
+    const Cell& cell = complex_.cells[ray->current];
+    ray->next = cell.neighbor[exit];
+    ray->entry = cell.Reverse(exit);
+    __builtin_prefetch(&complex_.cells[ray->next]);
+  }
 
   const CellComplex& complex_;
-  Eigen::Vector3d origin_, u_, v_, w_;
+  std::vector<Eigen::Vector4f> points_;
 };
 
-inline void RayWalker::SetFrame(int32_t vertex, const Eigen::Vector3d& direction) {
-  origin_ = complex_.points[vertex].cast<double>();
-  w_ = direction;
-  // T. Duff et al.: Building an orthonormal basis, revisited, JCGT 6(1), 2017.
-  const double sign = std::copysign(1.0, w_.z());
-  const double a = -1.0 / (sign + w_.z()), b = w_.x() * w_.y() * a;
-  u_ = {1.0 + sign * w_.x() * w_.x() * a, sign * b, -sign * w_.x()};
-  v_ = {b, sign + w_.y() * w_.y() * a, -w_.y()};
-}
-
-inline double RayWalker::Depth(const Projected& a, const Projected& b, const Projected& c) {
-  const auto turn = [](const Projected& p, const Projected& q) {
-    return static_cast<double>(p.x) * q.y - static_cast<double>(p.y) * q.x;
-  };
-  const double wa = turn(b, c), wb = turn(c, a), wc = turn(a, b);
-  const double sum = wa + wb + wc;
-  if (sum <= 0) return std::min({a.z, b.z, c.z});
-  return (wa * a.z + wb * b.z + wc * c.z) / sum;
-}
-
 template <class OnCross>
-RayWalker::End RayWalker::Walk(int32_t vertex, const Eigen::Vector3d& direction, double length,
-                               double near_distance, const OnCross& on_cross) {
-  SetFrame(vertex, direction);
-  Projected a, b, c;
-  int exit = 0;
-  int32_t current = FindStart(vertex, &a, &b, &c, &exit);
-  End end{current, 0};
-  const float near = static_cast<float>(near_distance), far = static_cast<float>(length);
-  while (current >= 0 && !complex_.IsInfinite(current)) {
-    const float lowest = std::min({a.z, b.z, c.z}), highest = std::max({a.z, b.z, c.z});
-    double distance = lowest;
-    if (lowest < near || highest >= far) {
-      distance = Depth(a, b, c);
-      if (distance >= length) break;
-    }
-    const Cell& left = complex_.cells[current];
-    const int32_t next = left.neighbor[exit];
-    const int entry = left.Reverse(exit);
-    on_cross(next, entry, distance);
-    ++end.num_crossings;
-    current = next;
-    end.cell = current;
-    if (complex_.IsInfinite(current)) break;
-    const Cell& cell = complex_.cells[current];
-    const Projected d = Project(cell.vertex[entry]);
-    // One of (a, b, d), (b, c, d), (c, a, d) is crossed: replace the third by d.
-    Projected* replaced;
-    if (TurnsLeft(b, d)) {
-      replaced = TurnsLeft(a, d) ? &b : &c;
-    } else {
-      replaced = TurnsLeft(c, d) ? &a : &b;
-    }
-    exit = cell.IndexOfVertex(replaced->vertex);
-    *replaced = d;
+bool RayWalker::Step(Ray* ray, const OnCross& on_cross) const {
+  auto& corners = ray->corners;
+  double distance = ray->near;
+  if (ray->careful) {
+    distance = Depth(corners);
+    if (distance >= ray->length) return false;
+    const auto beyond = [&](const Projected& corner) { return corner.x[2] >= ray->length; };
+    ray->careful = distance < ray->near || std::any_of(corners.begin(), corners.end(), beyond);
   }
-  return end;
+  on_cross(ray->next, ray->entry, distance);
+  ++ray->num_crossings;
+  ray->current = ray->next;
+  if (complex_.IsInfinite(ray->current)) return false;
+  const Cell& cell = complex_.cells[ray->current];
+  const Projected d = Project(*ray, cell.vertex[ray->entry]);
+  // The way out is (a, b, d), (b, c, d) or (c, a, d): the third corner is replaced by d. Without
+  // branches, as nobody can predict them.
+  constexpr std::array<uint8_t, 4> kReplaced = {1, 0, 2, 1};
+  const unsigned left_of_b = TurnsLeft(corners[1], d);
+  const unsigned left_of_other = TurnsLeft(corners[2 - 2 * left_of_b], d);
+  if (d.x[2] >= ray->length) [[unlikely]]
+    ray->careful = true;
+  Projected& replaced = corners[kReplaced[2 * left_of_b + left_of_other]];
+  const int32_t dropped = replaced.vertex;
+  replaced = d;
+  LeaveThrough((cell.vertex[1] == dropped) + 2 * (cell.vertex[2] == dropped) +
+                   3 * (cell.vertex[3] == dropped),
+               ray);
+  return true;
 }
 
 }  // namespace lsmvs

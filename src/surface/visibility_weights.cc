@@ -17,15 +17,15 @@ constexpr size_t kBlock = 512;
 constexpr double kNearSigmas = 4;  // beyond, a facet's weight is that of the ray up to 3e-4
 
 // Sum that saturates: as all addends are positive, the result does not depend on their order.
+// Threads may overshoot: what they leave above the limit is cut off at the end.
 template <bool kShared>
 void AddSaturated(int32_t* sum, int32_t amount) {
   if constexpr (!kShared) {
     *sum = std::min(CutNode::kMaxCapacity, *sum + amount);
   } else {
     std::atomic_ref<int32_t> shared(*sum);
-    int32_t old = shared.load(std::memory_order_relaxed);
-    while (!shared.compare_exchange_weak(old, std::min(CutNode::kMaxCapacity, old + amount),
-                                         std::memory_order_relaxed)) {
+    if (shared.load(std::memory_order_relaxed) < CutNode::kMaxCapacity) {
+      shared.fetch_add(amount, std::memory_order_relaxed);
     }
   }
 }
@@ -42,15 +42,15 @@ class RayWeigher {
  public:
   RayWeigher(const MergedCloud& cloud, const std::vector<Eigen::Vector3d>& centers,
              const std::vector<float>& sigmas, const VisibilityWeightOptions& options,
-             CellComplex* complex)
+             const RayWalker& walker, CellComplex* complex)
       : cloud_(cloud),
         centers_(centers),
         sigmas_(sigmas),
         options_(options),
         complex_(*complex),
-        walker_(*complex) {}
+        walker_(walker) {}
 
-  // All rays of one vertex.
+  // All rays of one vertex. They may still be on their way afterwards.
   void Weigh(size_t point) {
     const int32_t vertex = VertexOf(point);
     const double sigma = sigmas_[vertex];
@@ -61,9 +61,14 @@ class RayWeigher {
       if (!(distance > 0)) continue;
       ++counters_.num_rays;
       const Eigen::Vector3d direction = to_center / distance;
-      WeighFront(vertex, direction, distance, sigma, sight.support);
+      StartFront(vertex, sight, direction, distance, sigma);
       WeighBack(vertex, -direction, options_.sink_distance_factor * sigma, sight.support);
     }
+  }
+
+  // Walks the rays on their way to their ends.
+  void Finish() {
+    while (num_lanes_ > 0) StepLanes();
   }
 
   const VisibilityWeightCounters& counters() const { return counters_; }
@@ -75,27 +80,109 @@ class RayWeigher {
     return (*std::lower_bound(complex_.duplicates.begin(), complex_.duplicates.end(), key))[1];
   }
 
-  void WeighFront(int32_t vertex, const Eigen::Vector3d& direction, double distance, double sigma,
-                  double support) {
-    const double falloff = -0.5 / (sigma * sigma), near = kNearSigmas * sigma;
-    const int32_t full = ToCapacity(support);
-    const auto cross = [&](int32_t cell, int facet, double d) {
-      const int32_t weight = d < near ? ToCapacity(-support * std::expm1(falloff * d * d)) : full;
-      AddSaturated<kShared>(&complex_.cells[cell].capacity[facet], weight);
-    };
-    const RayWalker::End end = walker_.Walk(vertex, direction, distance, near, cross);
+  static constexpr size_t kNumLanes = 8;
+  struct Lane {
+    RayWalker::Ray ray;
+    double support, falloff;  // -1 / (2 sigma^2)
+    int32_t full;             // capacity of the support
+    int32_t vertex;
+    Eigen::Vector3d center;  // of the view
+  };
+
+  void StartFront(int32_t vertex, const Sight& sight, const Eigen::Vector3d& direction,
+                  double distance, double sigma) {
+    while (num_lanes_ == kNumLanes) StepLanes();
+    Lane& lane = lanes_[num_lanes_];
+    lane.support = sight.support;
+    lane.falloff = -0.5 / (sigma * sigma);
+    lane.full = ToCapacity(sight.support);
+    lane.vertex = vertex;
+    lane.center = centers_[sight.view_idx];
+    if (walker_.Start(vertex, direction, distance, kNearSigmas * sigma, &lane.ray)) {
+      ++num_lanes_;
+    } else {
+      EndFront(lane);
+    }
+  }
+
+  // One step of each.
+  void StepLanes() {
+    for (size_t i = 0; i < num_lanes_;) {
+      Lane& lane = lanes_[i];
+      const auto cross = [&](int32_t cell, int facet, double d) {
+        const int32_t weight = d < lane.ray.near
+                                   ? ToCapacity(-lane.support * std::expm1(lane.falloff * d * d))
+                                   : lane.full;
+        AddSaturated<kShared>(&complex_.cells[cell].capacity[facet], weight);
+      };
+      if (walker_.Step(&lane.ray, cross)) {
+        ++i;
+      } else {
+        EndFront(lane);
+        if (i != --num_lanes_) lanes_[i] = lanes_[num_lanes_];
+      }
+    }
+  }
+
+  void EndFront(const Lane& lane) {
+    const RayWalker::End end = walker_.EndOf(lane.ray);
     counters_.num_crossings += end.num_crossings;
     counters_.num_lost_rays += (end.cell < 0);
     if (end.cell < 0) return;
-    AddSaturated<kShared>(&complex_.cells[end.cell].distance,
-                          complex_.IsInfinite(end.cell) ? full : CutNode::kMaxCapacity);
+    if (!complex_.IsInfinite(end.cell)) {
+      AddSaturated<kShared>(&complex_.cells[end.cell].distance, CutNode::kMaxCapacity);
+    } else if (end.num_crossings > 0) {
+      AddSaturated<kShared>(&complex_.cells[end.cell].distance, lane.full);
+    } else {
+      TieHullAround(end.cell, lane.vertex, lane.center, lane.full, &Cell::distance);
+    }
+  }
+
+  // A ray that does not enter the hull speaks of the space beyond all facets of the hull at its
+  // vertex that face its `target`: adds `amount` to `sum` of their cells. Goes once around the
+  // vertex, from one cell at infinity to the next.
+  void TieHullAround(int32_t start, int32_t vertex, const Eigen::Vector3d& target, int32_t amount,
+                     int32_t Cell::*sum) {
+    int32_t current = start, last = -2;  // last: the vertex that was left behind
+    do {
+      Cell& cell = complex_.cells[current];
+      if (Faces(cell, target)) AddSaturated<kShared>(&(cell.*sum), amount);
+      int side = 0;
+      const auto turns = [&](int32_t v) {
+        return v != Cell::kInfiniteVertex && v != vertex && (last == -2 || v == last);
+      };
+      while (!turns(cell.vertex[side])) ++side;
+      // Crossing the facet opposite to one rim vertex keeps the other, which is left next.
+      for (const int32_t v : cell.vertex) {
+        if (v != Cell::kInfiniteVertex && v != vertex && v != cell.vertex[side]) {
+          last = v;
+          break;
+        }
+      }
+      current = cell.neighbor[side];
+    } while (current != start);
+  }
+
+  bool Faces(const Cell& cell, const Eigen::Vector3d& target) const {
+    const int outside = cell.IndexOfVertex(Cell::kInfiniteVertex);
+    const auto at = [&](int k) -> Eigen::Vector3d {
+      return complex_.points[cell.vertex[kFacetVertices[outside][k]]].cast<double>();
+    };
+    const Eigen::Vector3d a = at(0);
+    return (at(1) - a).cross(at(2) - a).dot(target - a) > 0;
   }
 
   void WeighBack(int32_t vertex, const Eigen::Vector3d& direction, double distance,
                  double support) {
     const RayWalker::End end =
         walker_.Walk(vertex, direction, distance, 0, [](int32_t, int, double) {});
-    if (end.cell >= 0) AddSaturated<kShared>(&complex_.cells[end.cell].excess, ToCapacity(support));
+    if (end.cell < 0) return;
+    if (end.num_crossings == 0 && complex_.IsInfinite(end.cell)) {
+      const Eigen::Vector3d target = complex_.points[vertex].cast<double>() + direction;
+      TieHullAround(end.cell, vertex, target, ToCapacity(support), &Cell::excess);
+    } else {
+      AddSaturated<kShared>(&complex_.cells[end.cell].excess, ToCapacity(support));
+    }
   }
 
   const MergedCloud& cloud_;
@@ -103,7 +190,9 @@ class RayWeigher {
   const std::vector<float>& sigmas_;
   const VisibilityWeightOptions& options_;
   CellComplex& complex_;
-  RayWalker walker_;
+  const RayWalker& walker_;
+  std::array<Lane, kNumLanes> lanes_;
+  size_t num_lanes_ = 0;
   VisibilityWeightCounters counters_;
 };
 
@@ -113,12 +202,14 @@ VisibilityWeightCounters WeighRays(const MergedCloud& cloud,
                                    const std::vector<float>& sigmas,
                                    const VisibilityWeightOptions& options,
                                    const RunContext& context, CellComplex* complex) {
+  const RayWalker walker(*complex);
   VisibilityWeightCounters total;
   std::mutex mutex;
   std::atomic<size_t> num_done = 0;
   ParallelBlocks(context, complex->points.size(), kBlock, [&](size_t begin, size_t end) {
-    RayWeigher<kShared> weigher(cloud, centers, sigmas, options, complex);
+    RayWeigher<kShared> weigher(cloud, centers, sigmas, options, walker, complex);
     for (size_t v = begin; v < end; ++v) weigher.Weigh(v);
+    weigher.Finish();
     const std::scoped_lock lock(mutex);
     total.num_rays += weigher.counters().num_rays;
     total.num_crossings += weigher.counters().num_crossings;
@@ -175,9 +266,13 @@ void WeighQuality(double regularization, const RunContext& context, CellComplex*
   });
 }
 
-// What is tied to source and to sink cancels.
+// What is tied to source and to sink cancels; sums end at the limit.
 void JoinTerminals(CellComplex* complex) {
+  const auto limit = [](int32_t* sum) { *sum = std::min(*sum, CutNode::kMaxCapacity); };
   for (Cell& cell : complex->cells) {
+    for (int32_t& capacity : cell.capacity) limit(&capacity);
+    limit(&cell.distance);
+    limit(&cell.excess);
     cell.excess = cell.distance - cell.excess;
     cell.distance = 0;
   }

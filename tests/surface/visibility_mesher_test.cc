@@ -1,0 +1,280 @@
+#include "lsmvs/surface/visibility_mesher.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Surface_mesh.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "lsmvs/mesh/inspect.h"
+#include "lsmvs/synthetic/sampled_cloud.h"
+#include "lsmvs/synthetic/surface_error.h"
+#include "lsmvs/synthetic/synthetic_scene.h"
+#include "lsmvs/test_support/expect_valid_mesh.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+namespace {
+
+const RunContext kContext(1);
+
+// Holes stay open and nothing moves: the surface as it was cut.
+VisibilityMesherOptions Plain() {
+  VisibilityMesherOptions options;
+  options.max_proj_dist = 1;
+  options.smoothing_iterations = 0;
+  options.max_hole_edges = 0;
+  return options;
+}
+
+SampledCloudOptions Points(size_t count) {
+  SampledCloudOptions options;
+  options.num_points = count;
+  return options;
+}
+
+struct Meshed {
+  SyntheticScene scene;
+  VisibilityMesherResult result;
+  double Accuracy95() const { return MeasureAccuracy(result.mesh, scene, 2, 5000).p95 / scene.gsd; }
+  double AccuracyWithin(double gsds) const {
+    return MeasureAccuracy(result.mesh, scene, 2, 5000).Within(gsds * scene.gsd);
+  }
+  double CompletenessWithin(double gsds) const {
+    return MeasureCompleteness(result.mesh, scene, 2, 5000).Within(gsds * scene.gsd);
+  }
+};
+
+Meshed MeshShapeScene(ShapeName shape, const SampledCloudOptions& sampling,
+                      const VisibilityMesherOptions& options = Plain(), int num_views = 16) {
+  Meshed meshed{MakeScene(shape, num_views, 320, 240), {}};
+  const VisibilityCloud cloud =
+      SampleCloud(*meshed.scene.shape, meshed.scene.scene, sampling, kContext);
+  meshed.result = MeshVisibilityCloud(meshed.scene.scene, cloud, options, kContext);
+  EXPECT_EQ(meshed.result.counters.num_lost_rays, 0u);
+  return meshed;
+}
+
+bool SelfIntersects(const TriangleMesh& mesh) {
+  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+  using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
+  Surface surface;
+  for (const auto& x : mesh.vertices) surface.add_vertex({x.x(), x.y(), x.z()});
+  for (const auto& f : mesh.faces) {
+    surface.add_face(Surface::Vertex_index(static_cast<unsigned>(f[0])),
+                     Surface::Vertex_index(static_cast<unsigned>(f[1])),
+                     Surface::Vertex_index(static_cast<unsigned>(f[2])));
+  }
+  EXPECT_EQ(surface.number_of_faces(), mesh.faces.size());
+  return CGAL::Polygon_mesh_processing::does_self_intersect(surface);
+}
+
+TEST(VisibilityMesher, OptionsAreValidAndBounded) {
+  VisibilityMesherOptions options;
+  std::string error;
+  EXPECT_TRUE(options.Check(&error)) << error;
+  options.max_proj_dist = -1;
+  EXPECT_FALSE(options.Check(&error));
+  EXPECT_NE(error.find("max_proj_dist"), std::string::npos);
+}
+
+TEST(VisibilityMesher, SphereIsClosedOutwardAndExact) {
+  const Meshed sphere = MeshShapeScene(ShapeName::kSphere, Points(4000));
+  ASSERT_EQ(sphere.result.status, VisibilityMesherStatus::kSuccess) << sphere.result.message;
+  ExpectValidMesh(sphere.result.mesh);
+  const MeshInspection inspection = Inspect(sphere.result.mesh);
+  EXPECT_EQ(inspection.num_components, 1u);
+  EXPECT_FALSE(SelfIntersects(sphere.result.mesh));
+  EXPECT_LT(sphere.Accuracy95(), 1.0);
+  EXPECT_GT(sphere.CompletenessWithin(1), 0.98);
+  if (inspection.IsClosed()) {
+    EXPECT_EQ(inspection.Genus(), 0);
+    EXPECT_NEAR(inspection.volume, 4.0 / 3 * std::numbers::pi, 0.1);
+  }
+}
+
+TEST(VisibilityMesher, TorusHasAHole) {
+  const Meshed torus = MeshShapeScene(ShapeName::kTorus, Points(6000), Plain(), 24);
+  ASSERT_EQ(torus.result.status, VisibilityMesherStatus::kSuccess);
+  ExpectValidMesh(torus.result.mesh);
+  const MeshInspection inspection = Inspect(torus.result.mesh);
+  if (inspection.IsClosed()) {
+    EXPECT_EQ(inspection.Genus(), 1);
+  }
+  EXPECT_GT(torus.AccuracyWithin(2), 0.9)
+      << torus.AccuracyWithin(4) << ' ' << torus.CompletenessWithin(2);
+}
+
+TEST(VisibilityMesher, HalfOutliers) {
+  SampledCloudOptions sampling = Points(6000);
+  sampling.outlier_fraction = 0.5;
+  const Meshed sphere = MeshShapeScene(ShapeName::kSphere, sampling);
+  ExpectValidMesh(sphere.result.mesh);
+  EXPECT_GT(sphere.AccuracyWithin(4), 0.5);
+  EXPECT_GT(sphere.CompletenessWithin(4), 0.9);
+}
+
+TEST(VisibilityMesher, NoiseOfTwoPixels) {
+  const double gsd = MakeScene(ShapeName::kSphere, 16, 320, 240).gsd;
+  SampledCloudOptions sampling = Points(20000);
+  sampling.noise = 2 * gsd;
+  VisibilityMesherOptions options = Plain();
+  options.max_proj_dist = 2;
+  const Meshed sphere = MeshShapeScene(ShapeName::kSphere, sampling, options);
+  ExpectValidMesh(sphere.result.mesh);
+  EXPECT_LT(MeasureAccuracy(sphere.result.mesh, sphere.scene, 2, 5000).mean, 2 * gsd);
+}
+
+TEST(VisibilityMesher, DensityThatVariesByAThousand) {
+  SampledCloudOptions sampling = Points(12000);
+  sampling.density_ratio = 1000;
+  const Meshed sphere = MeshShapeScene(ShapeName::kSphere, sampling);
+  ExpectValidMesh(sphere.result.mesh);
+  EXPECT_GT(sphere.CompletenessWithin(4), 0.9);
+  EXPECT_GT(sphere.AccuracyWithin(4), 0.9);
+}
+
+TEST(VisibilityMesher, ThinPartsSurvive) {
+  for (const ShapeName shape : {ShapeName::kThinWalls, ShapeName::kPole}) {
+    const Meshed thin = MeshShapeScene(shape, Points(12000), Plain(), 16);
+    ExpectValidMesh(thin.result.mesh);
+    EXPECT_GT(thin.AccuracyWithin(2), 0.95);
+    EXPECT_GT(thin.CompletenessWithin(2), 0.9);
+  }
+}
+
+TEST(VisibilityMesher, ThreadsDoNotMatter) {
+  const SyntheticScene scene = MakeScene(ShapeName::kTerrain, 9, 320, 240);
+  const VisibilityCloud cloud = SampleCloud(*scene.shape, scene.scene, Points(8000), kContext);
+  const VisibilityMesherOptions options;
+  const auto one = MeshVisibilityCloud(scene.scene, cloud, options, RunContext(1));
+  const auto two = MeshVisibilityCloud(scene.scene, cloud, options, RunContext(2));
+  EXPECT_EQ(one.mesh.vertices, two.mesh.vertices);
+  EXPECT_EQ(one.mesh.faces, two.mesh.faces);
+  EXPECT_EQ(one.view_idxs, two.view_idxs);
+}
+
+struct Similarity {
+  double scale;
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d shift;
+};
+
+class Invariance : public testing::TestWithParam<Similarity> {};
+
+TEST_P(Invariance, SameConnectivity) {
+  const auto& [scale, rotation, shift] = GetParam();
+  const SyntheticScene scene = MakeScene(ShapeName::kSphereOnGround, 12, 320, 240);
+  SampledCloudOptions sampling = Points(3000);
+  sampling.noise = 0.3 * scene.gsd;  // in general position: what rounding does to planes is chance
+  const VisibilityCloud cloud = SampleCloud(*scene.shape, scene.scene, sampling, kContext);
+  Scene moved_scene = scene.scene;
+  VisibilityCloud moved_cloud = cloud;
+  for (View& view : moved_scene.views) {
+    const Eigen::Vector3d center = scale * (rotation * view.CenterInWorld()) + shift;
+    view.cam_from_world.rotation = view.cam_from_world.rotation * rotation.transpose();
+    view.cam_from_world.translation = -(view.cam_from_world.rotation * center);
+  }
+  for (size_t p = 0; p < cloud.size(); ++p) {
+    moved_cloud.positions[p] =
+        (scale * (rotation * cloud.positions[p].cast<double>()) + shift).cast<float>();
+    moved_cloud.normals[p] = rotation.cast<float>() * cloud.normals[p];
+  }
+  const auto before = MeshVisibilityCloud(scene.scene, cloud, Plain(), kContext);
+  const auto after = MeshVisibilityCloud(moved_scene, moved_cloud, Plain(), kContext);
+  ASSERT_EQ(before.mesh.faces, after.mesh.faces);
+  double error = 0;
+  for (size_t v = 0; v < before.mesh.vertices.size(); ++v) {
+    const Eigen::Vector3d expected = scale * (rotation * before.mesh.vertices[v]) + shift;
+    error = std::max(error, (after.mesh.vertices[v] - expected).norm() / scale);
+  }
+  EXPECT_LT(error, 1e-5);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Similarities, Invariance,
+    testing::Values(Similarity{1e-3, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()},
+                    Similarity{1e3, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()},
+                    Similarity{1024, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()},
+                    Similarity{
+                        1, Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).matrix(),
+                        Eigen::Vector3d::Zero()},
+                    // What a float holds of a scene that is a million units large and as far away.
+                    Similarity{1e6, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Constant(1e6)}));
+
+VisibilityCloud CloudOf(const std::vector<Eigen::Vector3f>& points,
+                        const std::vector<uint32_t>& views) {
+  VisibilityCloud cloud;
+  for (const auto& x : points) cloud.Add(x, Eigen::Vector3f::Zero(), Color::Zero(), views);
+  return cloud;
+}
+
+TEST(VisibilityMesher, DegenerateInputHasAStatus) {
+  const Scene scene = MakeScene(ShapeName::kSphere, 4, 64, 48).scene;
+  const auto status = [&](const std::vector<Eigen::Vector3f>& points,
+                          const std::vector<uint32_t>& views) {
+    const auto result = MeshVisibilityCloud(scene, CloudOf(points, views), Plain(), kContext);
+    EXPECT_FALSE(result.message.empty());
+    EXPECT_TRUE(result.mesh.faces.empty());
+    return result.status;
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(status({}, {}), VisibilityMesherStatus::kNoPoints);
+  EXPECT_EQ(status({{nan, 0, 0}, {0, nan, 0}}, {0, 1}), VisibilityMesherStatus::kNoPoints);
+  EXPECT_EQ(status({{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}}, {}),
+            VisibilityMesherStatus::kNoPoints);
+  EXPECT_EQ(status({{0, 0, 0}, {0, 1, 0}, {1, 0, 0}}, {0, 1}), VisibilityMesherStatus::kDegenerate);
+  EXPECT_EQ(status(std::vector<Eigen::Vector3f>(50, {0.1f, 0, 0}), {0, 1}),
+            VisibilityMesherStatus::kDegenerate);
+  std::vector<Eigen::Vector3f> plane;
+  for (int i = 0; i < 100; ++i) {
+    plane.emplace_back(0.1f * static_cast<float>(i % 10), 0.1f * static_cast<float>(i / 10), 0.0f);
+  }
+  EXPECT_EQ(status(plane, {0, 1}), VisibilityMesherStatus::kDegenerate);
+}
+
+TEST(VisibilityMesher, CameraAtAPointAndSingleViews) {
+  const SyntheticScene scene = MakeScene(ShapeName::kSphere, 8, 160, 120);
+  VisibilityCloud cloud = SampleCloud(*scene.shape, scene.scene, Points(1000), kContext);
+  // A camera stands on a vertex; that view's own ray has no length.
+  const Eigen::Vector3f center = scene.scene.views[0].CenterInWorld().cast<float>();
+  const std::vector<uint32_t> views = {0, 1};
+  cloud.Add(center, Eigen::Vector3f::Zero(), Color::Zero(), views);
+  const auto result = MeshVisibilityCloud(scene.scene, cloud, Plain(), kContext);
+  EXPECT_EQ(result.counters.num_lost_rays, 0u);
+  EXPECT_EQ(result.status, VisibilityMesherStatus::kSuccess);
+  // Each point seen by its first view alone.
+  VisibilityCloud single;
+  for (size_t p = 0; p < cloud.size(); ++p) {
+    single.Add(cloud.positions[p], cloud.normals[p], cloud.colors[p], cloud.ViewsOf(p).first(1));
+  }
+  const auto one_view = MeshVisibilityCloud(scene.scene, single, Plain(), kContext);
+  EXPECT_EQ(one_view.counters.num_lost_rays, 0u);
+  EXPECT_NE(one_view.status, VisibilityMesherStatus::kNoPoints);
+}
+
+TEST(VisibilityMesher, VertexViewsFitTheMesh) {
+  const Meshed sphere = MeshShapeScene(ShapeName::kSphere, Points(2000));
+  const auto& result = sphere.result;
+  ASSERT_EQ(result.view_begin.size(), result.mesh.vertices.size() + 1);
+  EXPECT_EQ(result.view_begin.back(), result.view_idxs.size());
+  EXPECT_EQ(result.mesh.vertex_colors.size(), result.mesh.vertices.size());
+  EXPECT_EQ(result.mesh.vertex_normals.size(), result.mesh.vertices.size());
+}
+
+TEST(VisibilityMesher, TooLittleMemoryAndCancel) {
+  const SyntheticScene scene = MakeScene(ShapeName::kSphere, 4, 64, 48);
+  const VisibilityCloud cloud = SampleCloud(*scene.shape, scene.scene, Points(500), kContext);
+  RunContext poor(1);
+  poor.memory_budget_bytes = 1000;
+  EXPECT_THROW(MeshVisibilityCloud(scene.scene, cloud, Plain(), poor), MemoryError);
+  const std::atomic<bool> cancel = true;
+  RunContext cancelled(1);
+  cancelled.cancel = &cancel;
+  EXPECT_THROW(MeshVisibilityCloud(scene.scene, cloud, Plain(), cancelled), CancelledError);
+}
+
+}  // namespace
+}  // namespace lsmvs
