@@ -137,12 +137,12 @@ class Mesher {
     return std::move(result_);
   }
 
-  // Of what was found: the cells, per vertex what merging keeps, the sights; while merging, what is
-  // kept of the points.
+  // Of what was found: the cells (64 bytes, those in reserve, and the frontiers of the cut), per
+  // vertex what merging keeps, the sights; while merging, what is kept of the points.
   size_t PredictBytes() const {
     const VisibilityMesherCounters& counters = result_.counters;
     const size_t cutting =
-        66 * counters.num_cells + 72 * counters.num_vertices + sizeof(Sight) * counters.num_rays;
+        80 * counters.num_cells + 96 * counters.num_vertices + sizeof(Sight) * counters.num_rays;
     return std::max(cutting, 40 * counters.num_points);
   }
 
