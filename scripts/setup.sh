@@ -22,6 +22,7 @@ build_packages=(
   libhwy-dev         # SIMD chosen at run time
   libembree-dev      # ray casting: evaluation, rendering
   libnanoflann-dev   # nearest neighbours
+  zlib1g-dev         # packs the comparison page's meshes
   colmap             # undistorts, makes sparse models
 )
 test_packages=(
@@ -29,7 +30,11 @@ test_packages=(
   libboost-graph-dev # reference minimum cut
   clang clang-format clang-tidy
   python3 python3-venv
+  chromium           # looks at the comparison page
 )
+
+# They bundle the comparison page. Node from elsewhere brings its own npm, which Debian's would conflict with.
+command -v npm >/dev/null && command -v node >/dev/null || build_packages+=(nodejs npm)
 
 packages=("${build_packages[@]}" "${test_packages[@]}")
 [ "${1:-}" = --test ] || packages=("${build_packages[@]}")

@@ -153,7 +153,7 @@ function toggle(id) {
 }
 
 function overview() {
-  viewer.rig.overview();
+  viewer.rig.overview($('cameras').checked);
   say('Overview');
 }
 

@@ -53,10 +53,12 @@ export class Rig {
     this.onChange();
   }
 
-  // Everything worth seeing, from the side of the photos and a little above.
-  overview() {
+  // Everything worth seeing, from the side of the photos and a little above; with the cameras from farther away.
+  overview(withCameras = false) {
     this.photo = null;
-    const { photos, radius } = this.report;
+    const { photos } = this.report;
+    let { radius } = this.report;
+    if (withCameras) photos.forEach((_, i) => { radius = Math.max(radius, 1.1 * this.photoCenter(i).length()); });
     const up = this.camera.up;
     const direction = new Vector3();
     photos.forEach((_, i) => direction.add(this.photoCenter(i)));

@@ -145,7 +145,9 @@ export class Viewer {
     this.renderer.clear();
     for (const pane of this.panes) {
       const box = pane.element.getBoundingClientRect();
-      const rect = { x: box.left - stage.left - this.stage.clientLeft, y: stage.bottom - this.stage.clientLeft - box.bottom, width: box.width, height: box.height };
+      const left = Math.round(box.left - stage.left - this.stage.clientLeft), top = Math.round(box.top - stage.top - this.stage.clientTop);
+      const width = Math.round(box.width), height = Math.round(box.height);
+      const rect = { x: left, y: this.stage.clientHeight - top - height, width, height };
       if (pane.meshes.length === 1) {
         this.drawPane(pane, pane.meshes[0], rect, rect);
         continue;
