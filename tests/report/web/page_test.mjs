@@ -279,7 +279,7 @@ const tests = {
     const rows = await page.$$eval('#table tbody tr', (trs) => trs.map((tr) => [tr.firstElementChild.textContent, [...tr.children].slice(1).map((td) => td.className === 'best')]));
     const score = rows.find(([name]) => name.startsWith('Score'));
     assert.deepEqual(score[1], [true, false, false, false]);
-    const time = rows.find(([name]) => name.startsWith('Time'));
+    const time = rows.find(([name]) => name.startsWith('Time from'));
     assert.deepEqual(time[1], [true, false, false, false]);
     assert.match(await page.textContent('#simplified'), /red \(10,000,000 faces, 199,712 shown\)/);
     assert.match(await page.textContent('#missing'), /COLMAP Delaunay: needs CGAL <\/script>/);
