@@ -96,7 +96,7 @@ class Renderer {
  private:
   Eigen::Vector3d Sample(const Eigen::Vector2d& x_px, uint32_t seed) const {
     const Eigen::Vector3d ray = world_from_cam_ * viewpoint_.camera.Ray(x_px);
-    const std::optional<RayHit> hit = tracer_.Cast(center_, ray);
+    const std::optional<MeshHit> hit = tracer_.Cast(center_, ray);
     if (!hit) return Background(x_px.y() / viewpoint_.camera.height);
     const SurfacePoint point = PointAt(*hit, ray);
     switch (options_.style) {
@@ -116,7 +116,7 @@ class Renderer {
     return Eigen::Vector3d::Constant(ToLinear(level));
   }
 
-  SurfacePoint PointAt(const RayHit& hit, const Eigen::Vector3d& ray) const {
+  SurfacePoint PointAt(const MeshHit& hit, const Eigen::Vector3d& ray) const {
     SurfacePoint point;
     point.depth = hit.distance;
     point.x_in_world = center_ + hit.distance * ray;

@@ -161,7 +161,7 @@ MeshTracer::~MeshTracer() = default;
 size_t MeshTracer::num_faces() const { return state_->triangles.size(); }
 size_t MeshTracer::num_left_out() const { return state_->num_left_out; }
 
-std::optional<RayHit> MeshTracer::Cast(const Eigen::Vector3d& origin,
+std::optional<MeshHit> MeshTracer::Cast(const Eigen::Vector3d& origin,
                                        const Eigen::Vector3d& direction, double begin,
                                        double end) const {
   RTCRayHit query;
@@ -172,7 +172,7 @@ std::optional<RayHit> MeshTracer::Cast(const Eigen::Vector3d& origin,
   rtcInitIntersectContext(&context);
   rtcIntersect1(state_->scene, &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  return RayHit{query.ray.tfar, state_->FaceOf(query.hit.primID), query.hit.u, query.hit.v};
+  return MeshHit{query.ray.tfar, state_->FaceOf(query.hit.primID), query.hit.u, query.hit.v};
 }
 
 bool MeshTracer::Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,

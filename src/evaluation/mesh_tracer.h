@@ -15,7 +15,7 @@
 namespace lsmvs {
 
 // Where a ray meets a mesh first.
-struct RayHit {
+struct MeshHit {
   double distance = 0;                         // in lengths of the ray's direction
   int face = -1;                               // position in TriangleMesh::faces
   float barycentric_1 = 0, barycentric_2 = 0;  // weights of the face's second and third vertex
@@ -45,7 +45,7 @@ class MeshTracer {
 
   // `direction` need not be of unit length. Hits nearer than `begin` or farther than `end` (in
   // lengths of the direction) do not count.
-  std::optional<RayHit> Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+  std::optional<MeshHit> Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                              double begin = 0,
                              double end = std::numeric_limits<double>::infinity()) const;
   // Whether anything lies on the ray between `begin` and `end`; faster than Cast.

@@ -140,7 +140,7 @@ const tests = {
   },
   async 'the photo blends over the mesh'(page) {
     await page.fill('#blend', '100');
-    await page.waitForFunction(() => window.lsmvsReport.viewer.photos.get(0));
+    for (let tries = 0; tries < 100 && !(await page.evaluate(() => !!window.lsmvsReport.viewer.photos.get(0))); ++tries) await page.waitForTimeout(50);
     for (const c of await colorsAt(page, await middles(page))) assert(looks(c, [255, 0, 255]), `photo looks like ${c}`);
     await page.fill('#blend', '50');
     const [half] = await colorsAt(page, await middles(page));

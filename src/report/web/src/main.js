@@ -263,10 +263,15 @@ function showProgress(done) {
 }
 
 async function loadMeshes() {
+  let drawn = performance.now();
   for (let i = 0; i < meshes.length; ++i) {
     showProgress(i);
     viewer.addMesh(i, await unpackMesh($(`mesh-${i}`), meshes[i].packed, report.focus));
+    if (performance.now() - drawn < 500) continue; // drawing large meshes takes time, too
+    viewer.request();
+    drawn = performance.now();
   }
+  viewer.request();
   showProgress(meshes.length);
 }
 

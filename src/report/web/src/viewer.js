@@ -89,7 +89,6 @@ export class Viewer {
     mesh.visible = false;
     this.scene.add(mesh);
     this.meshes[index] = mesh;
-    this.request();
   }
 
   // Lines of a mesh, made when they are first wanted.

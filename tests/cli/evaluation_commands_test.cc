@@ -1,0 +1,173 @@
+// mesh_evaluator, mesh_renderer and mesh_comparer on a small rendered workspace.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "lsmvs/cli/command_table.h"
+#include "lsmvs/cli/program.h"
+#include "lsmvs/image/image_codec.h"
+#include "lsmvs/mesh/ply.h"
+#include "lsmvs/report/report.h"
+#include "lsmvs/synthetic/workspace.h"
+#include "lsmvs/test_support/temporary_folder.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+struct Outcome {
+  int code;
+  std::string output, errors;
+};
+
+Outcome RunProgram(const std::vector<std::string>& arguments) {
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  Outcome outcome;
+  outcome.code = RunCommandTable(CommandTable(), arguments);
+  std::fflush(stdout);
+  outcome.output = testing::internal::GetCapturedStdout();
+  outcome.errors = testing::internal::GetCapturedStderr();
+  return outcome;
+}
+
+std::string Content(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+// A dense workspace with a true mesh and a mesh that is 1 % too large.
+class EvaluationCommands : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    SyntheticScene scene = MakeScene(ShapeName::kSphere, 6, 160, 120);
+    WriteWorkspace(Workspace(), WorkspaceFormat::kDense, &scene, RunContext(2));
+    TriangleMesh mesh = ReadMeshPly(Truth());
+    for (Eigen::Vector3d& x : mesh.vertices) x *= 1.01;
+    WriteMeshPly(Mesh(), mesh);
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static fs::path Workspace() { return folder_->path() / "ws"; }
+  static fs::path Truth() { return Workspace() / "gt_mesh.ply"; }
+  static fs::path Mesh() { return Workspace() / "meshed-refined.ply"; }
+
+  static TemporaryFolder* folder_;
+};
+
+TemporaryFolder* EvaluationCommands::folder_ = nullptr;
+
+TEST_F(EvaluationCommands, EvaluatorScoresTheTruthAsPerfect) {
+  const Outcome outcome =
+      RunProgram({"mesh_evaluator", "--input_path", Truth(), "--ground_truth_path", Truth(),
+                  "--workspace_path", Workspace(), "--json_path", "-", "--num_samples", "5000"});
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const nlohmann::json json = nlohmann::json::parse(outcome.output);
+  EXPECT_EQ(json["surface"]["f1"][0], 1);
+  EXPECT_GT(json["surface"]["gsd"], 0);
+  EXPECT_EQ(json["depth_errors"]["views"].size(), 6u);
+  EXPECT_FALSE(json.contains("photometric"));
+}
+
+TEST_F(EvaluationCommands, EvaluatorWorksWithoutWorkspace) {
+  const fs::path errors = folder_->path() / "errors.ply", json_path = folder_->path() / "e.json";
+  const Outcome outcome = RunProgram(
+      {"mesh_evaluator", "--input_path", Mesh(), "--ground_truth_path", Truth(), "--unit", "world",
+       "--thresholds", "0.001,1", "--json_path", json_path, "--error_path", errors});
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.output, HasSubstr("completeness"));
+  EXPECT_EQ(nlohmann::json::parse(Content(json_path))["surface"]["f1"][1], 1);
+  EXPECT_EQ(ReadMeshPly(errors).vertex_colors.size(), ReadMeshPly(errors).vertices.size());
+}
+
+TEST_F(EvaluationCommands, EvaluatorScoresByThePhotos) {
+  const auto score = [&](const fs::path& mesh) {
+    const Outcome outcome =
+        RunProgram({"mesh_evaluator", "--input_path", mesh, "--workspace_path", Workspace(),
+                    "--json_path", "-", "--Photometric.level", "0"});
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return nlohmann::json::parse(outcome.output)["photometric"]["score"].get<double>();
+  };
+  EXPECT_GT(score(Truth()), score(Mesh()));
+}
+
+TEST_F(EvaluationCommands, EvaluatorSaysWhatIsWrong) {
+  EXPECT_EQ(RunProgram({"mesh_evaluator", "--input_path", Mesh()}).code, 2);
+  EXPECT_EQ(
+      RunProgram({"mesh_evaluator", "--input_path", Mesh(), "--ground_truth_path", "nowhere.ply"})
+          .code,
+      3);
+  const Outcome views = RunProgram({"mesh_evaluator", "--input_path", Mesh(), "--workspace_path",
+                                    Workspace(), "--view_names", "nobody.png"});
+  EXPECT_EQ(views.code, 2);
+  EXPECT_THAT(views.errors, HasSubstr("nobody.png"));
+  const Outcome thresholds = RunProgram({"mesh_evaluator", "--input_path", Mesh(),
+                                         "--ground_truth_path", Truth(), "--thresholds", "2,1"});
+  EXPECT_EQ(thresholds.code, 2);
+  EXPECT_THAT(thresholds.errors, HasSubstr("thresholds"));
+}
+
+TEST_F(EvaluationCommands, RendererDrawsFromPhotosAndTurntable) {
+  const fs::path picture = folder_->path() / "picture.png";
+  ASSERT_EQ(RunProgram({"mesh_renderer", "--input_path", Mesh(), "--output_path", picture,
+                        "--workspace_path", Workspace(), "--width", "80"})
+                .code,
+            0);
+  const ColorImage image = ReadColors(picture);
+  EXPECT_EQ(image.width, 80);
+  EXPECT_EQ(image.height, 60);
+  EXPECT_LT(image(40, 30)[0], 235);  // the sphere, darker than the background
+  ASSERT_EQ(
+      RunProgram({"mesh_renderer", "--input_path", Mesh(), "--output_path", picture, "--num_frames",
+                  "3", "--width", "32", "--height", "24", "--style", "normals"})
+          .code,
+      0);
+  EXPECT_EQ(ReadColors(folder_->path() / "picture-002.png").height, 24);
+  EXPECT_EQ(
+      RunProgram({"mesh_renderer", "--input_path", Mesh(), "--output_path", picture, "--up", "0,0"})
+          .code,
+      2);
+}
+
+TEST_F(EvaluationCommands, ComparerWritesPageFiguresAndPictures) {
+  const fs::path other = folder_->path() / "other.ply";
+  WriteMeshPly(other, ReadMeshPly(Truth()));
+  const Outcome outcome =
+      RunProgram({"mesh_comparer", Workspace(), "--ground_truth_path", Truth(), "--input_paths",
+                  other, "--picture_width", "64", "--max_num_faces", "500", "--max_num_photos", "2",
+                  "--num_samples", "2000"});
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const fs::path report = Workspace() / "lsmvs" / "report";
+  const nlohmann::json json = nlohmann::json::parse(Content(report / "report.json"));
+  ASSERT_EQ(json["meshes"].size(), 2u);
+  EXPECT_EQ(json["meshes"][0]["title"], "lsmvs refined");
+  EXPECT_LE(json["meshes"][0]["faces_shown"], 500);
+  EXPECT_LT(json["meshes"][0]["figures"]["surface"]["f1"][0],
+            json["meshes"][1]["figures"]["surface"]["f1"][0]);
+  EXPECT_EQ(json["missing"].size(), 3u);
+  EXPECT_EQ(ReadColors(report / "meshed-refined.png").width, 64);
+  EXPECT_TRUE(fs::exists(report / "other-errors.png"));
+  if (!HasReportPage()) return;
+  EXPECT_THAT(Content(report / "index.html"), HasSubstr("id=\"mesh-1\""));
+}
+
+TEST_F(EvaluationCommands, ComparerNeedsAMesh) {
+  const fs::path empty = folder_->path() / "empty";
+  SyntheticScene scene = MakeScene(ShapeName::kSphere, 3, 64, 48);
+  WriteWorkspace(empty, WorkspaceFormat::kDense, &scene, RunContext(2));
+  const Outcome outcome = RunProgram({"mesh_comparer", empty});
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_THAT(outcome.errors, HasSubstr("no mesh to compare"));
+}
+
+}  // namespace
+}  // namespace lsmvs
