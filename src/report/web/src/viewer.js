@@ -42,6 +42,7 @@ export class Viewer {
     this.stage = stage;
     this.renderer = new WebGLRenderer({ canvas, alpha: true, antialias: true, powerPreference: 'high-performance' });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.debug.checkShaderErrors = false; // asking for them waits for the compiler
     this.renderer.autoClear = false;
     this.renderer.setScissorTest(true);
     this.scene = new Scene();
