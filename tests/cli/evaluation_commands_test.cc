@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -13,6 +14,7 @@
 #include "lsmvs/report/report.h"
 #include "lsmvs/synthetic/workspace.h"
 #include "lsmvs/test_support/temporary_folder.h"
+#include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
@@ -158,6 +160,44 @@ TEST_F(EvaluationCommands, ComparerWritesPageFiguresAndPictures) {
   EXPECT_TRUE(fs::exists(report / "other-errors.png"));
   if (!HasReportPage()) return;
   EXPECT_THAT(Content(report / "index.html"), HasSubstr("id=\"mesh-1\""));
+}
+
+// A stand-in for the executable: its Poisson mesher copies the truth, its Delaunay mesher fails, a
+// third is unknown.
+TEST_F(EvaluationCommands, ComparerRunsWhatColmapCan) {
+  const fs::path workspace = folder_->path() / "with-colmap", colmap = folder_->path() / "colmap";
+  fs::copy(Workspace(), workspace, fs::copy_options::recursive);
+  fs::remove_all(workspace / "lsmvs");
+  fs::copy(Truth(), workspace / "fused.ply");
+  WriteFileAtomically(colmap,
+                      "#!/bin/sh\n"
+                      "case $1 in\n"
+                      "-h) echo 'COLMAP 9.9 -- test';;\n"
+                      "help) echo poisson_mesher; echo delaunay_mesher;;\n"
+                      "poisson_mesher) cp \"$3\" \"$5\";;\n"
+                      "*) echo 'requires CGAL'; exit 1;;\n"
+                      "esac\n");
+  fs::permissions(colmap, fs::perms::owner_all);
+  ::setenv("COLMAP", colmap.c_str(), 1);
+  const auto compare = [&] {
+    const Outcome outcome =
+        RunProgram({"mesh_comparer", workspace, "--run_colmap", "--picture_width", "32"});
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return nlohmann::json::parse(Content(workspace / "lsmvs" / "report" / "report.json"));
+  };
+  nlohmann::json json = compare();
+  ASSERT_EQ(json["meshes"].size(), 2u);
+  EXPECT_EQ(json["meshes"][1]["title"], "COLMAP Poisson");
+  EXPECT_GT(json["meshes"][1]["peak_bytes"], 0);
+  ASSERT_EQ(json["missing"].size(), 2u);
+  EXPECT_THAT(json["missing"][0]["reason"].get<std::string>(), HasSubstr("requires CGAL"));
+  EXPECT_EQ(json["missing"][1]["reason"], "COLMAP 9.9 has no advancing_front_mesher");
+  const double seconds = json["meshes"][1]["seconds"];
+  fs::remove(colmap);  // what is there is not made again, and its time is remembered
+  json = compare();
+  ::unsetenv("COLMAP");
+  EXPECT_EQ(json["meshes"][1]["seconds"], seconds);
+  EXPECT_THAT(json["missing"][0]["reason"].get<std::string>(), HasSubstr("not found"));
 }
 
 TEST_F(EvaluationCommands, ComparerNeedsAMesh) {
