@@ -11,7 +11,7 @@ const el = (name, attributes = {}, ...children) => {
 
 const count = (n) => (n === undefined ? '' : n.toLocaleString('en-US'));
 const share = (x) => x.toFixed(3);
-const small = (x) => (x === 0 ? '0' : x >= 100 ? x.toFixed(0) : x >= 10 ? x.toFixed(1) : x.toPrecision(3));
+const small = (x) => (x === 0 ? '0' : x < 0.001 ? '< 0.001' : x >= 100 ? x.toFixed(0) : x >= 10 ? x.toFixed(1) : x.toPrecision(3));
 export const bytes = (n) => (n >= 2 ** 30 ? `${(n / 2 ** 30).toFixed(1)} GB` : n >= 1e5 ? `${(n / 2 ** 20).toFixed(1)} MB` : `${Math.ceil(n / 1024)} kB`);
 export const duration = (s) => (s >= 3600 ? `${(s / 3600).toFixed(1)} h` : s >= 100 ? `${(s / 60).toFixed(1)} min` : `${s.toFixed(1)} s`);
 const yes = (b) => (b ? 'yes' : 'no');

@@ -41,8 +41,9 @@ out vec4 result;
 vec3 toLinear(vec3 c) { return pow(c, vec3(2.2)); }
 void main() {
   vec3 flatNormal = normalize(cross(dFdx(inCam), dFdy(inCam)));
+  if (dot(flatNormal, inCam) > 0.0) flatNormal = -flatNormal;
   vec3 n = facets || dot(vNormal, vNormal) == 0.0 ? flatNormal : normalize(vNormal);
-  if (dot(n, inCam) > 0.0) n = -n;
+  if (dot(n, flatNormal) < 0.0) n = -n; // the side that is seen, also where the smooth normal turns away
   if (style == 2) { result = vec4(0.5 + 0.5 * n, 1.0); return; }
   float key = max(0.0, dot(n, normalize(vec3(-0.5, 0.75, 0.85))));
   float light = 0.50 * (0.75 + 0.25 * dot(n, up)) + 0.86 * key;
