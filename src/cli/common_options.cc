@@ -80,7 +80,11 @@ RunContext CommonOptions::MakeRunContext(const std::atomic<bool>* cancel) const 
     throw UsageError("--num_threads is 0, but must be -1 (all cores) or at least 1");
   const int all_cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   RunContext context(num_threads < 0 ? all_cores : num_threads);
-  if (!max_memory.empty()) context.memory_budget_bytes = ParseBytes("max_memory", max_memory);
+  if (!max_memory.empty()) {
+    const size_t allowed = ParseBytes("max_memory", max_memory);
+    const size_t in_use = PeakResidentBytes();
+    context.memory_budget_bytes = allowed > in_use ? allowed - in_use : 1;
+  }
   context.seed = static_cast<uint64_t>(seed);
   context.cancel = cancel;
   return context;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <sstream>
 
 namespace lsmvs {
@@ -14,9 +15,17 @@ std::string GroupOf(const std::string& name) {
   return dot == std::string::npos ? std::string() : name.substr(0, dot);
 }
 
+// With a capital at the start and a full stop at the end.
+std::string Sentence(std::string text) {
+  if (text.empty()) return text;
+  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  if (text.back() != '.') text += '.';
+  return text;
+}
+
 // Meaning, allowed values, default.
 std::string EntryText(const OptionSet::Entry& entry) {
-  std::string text = entry.help;
+  std::string text = Sentence(entry.help);
   if (!entry.bounds.empty()) text += fmt::format(" Allowed: {}.", entry.bounds);
   if (!entry.default_value.empty()) text += fmt::format(" Default: {}.", entry.default_value);
   return text;

@@ -15,6 +15,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::vector<std::string> OutputKeys(const Task& task, const FileTable& files) {
+  std::vector<std::string> keys;
+  for (const fs::path& output : task.outputs) keys.push_back(files.Key(output));
+  return keys;
+}
+
 // What is known of a task before it is decided whether it is needed.
 struct Finding {
   bool foreign_used = false;
@@ -78,6 +84,7 @@ class Planner {
     const TaskRecord& record = found->second;
     if (record.version != task.version) return "the method is a newer version";
     if (record.options != task.options) return "options changed";
+    if (record.outputs != OutputKeys(task, store_.files())) return "it writes to other files";
     const std::optional<std::string> inputs = ForeseenInputsHash(task);
     if (!inputs) return "its input is made anew";
     if (record.inputs_hash != *inputs) return "input changed";
@@ -204,6 +211,7 @@ std::string ReasonToRun(const Task& task, RunStore* store) {
   if (found == store->tasks().end()) return "new";
   const TaskRecord& record = found->second;
   if (record.version != task.version || record.options != task.options) return "options changed";
+  if (record.outputs != OutputKeys(task, store->files())) return "it writes to other files";
   if (record.inputs_hash != HashInputs(task, &store->files())) return "input changed";
   for (const fs::path& output : task.outputs) {
     if (store->files().MadeBy(output) != task.name) return "its result is missing";

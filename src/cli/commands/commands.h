@@ -8,9 +8,16 @@
 
 namespace lsmvs {
 
+// lsmvs-mesher, a program of its own.
+std::unique_ptr<Command> MakeMesherCommand();
+
+std::unique_ptr<Command> MakeQuasiDenseMatcher();
+std::unique_ptr<Command> MakePatchMatchStereoCommand();
+std::unique_ptr<Command> MakeStereoFusionCommand();
+std::unique_ptr<Command> MakeVisibilityMesherCommand();
+std::unique_ptr<Command> MakeMeshRefinerCommand();
 std::unique_ptr<Command> MakeMeshComparer();
 std::unique_ptr<Command> MakeMeshEvaluator();
 std::unique_ptr<Command> MakeMeshRenderer();
-std::unique_ptr<Command> MakeQuasiDenseMatcher();
 
 }  // namespace lsmvs

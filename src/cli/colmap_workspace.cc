@@ -1,0 +1,100 @@
+#include "lsmvs/cli/colmap_workspace.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <string>
+
+#include "lsmvs/colmap_adapter/depth_map_io.h"
+#include "lsmvs/colmap_adapter/fused_cloud.h"
+
+namespace lsmvs {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+MapType TypeOf(DepthMapKind kind) {
+  return kind == DepthMapKind::kPhotometric ? MapType::kPhotometric : MapType::kGeometric;
+}
+
+// The folder in which `path` has the relative name `relative`.
+fs::path FolderOf(const fs::path& path, const fs::path& relative) {
+  fs::path folder = path;
+  for ([[maybe_unused]] const fs::path& part : relative) folder = folder.parent_path();
+  return folder;
+}
+
+class ColmapWorkspaceFiles : public WorkspaceFiles {
+ public:
+  explicit ColmapWorkspaceFiles(const DenseWorkspace& workspace) : workspace_(workspace) {}
+
+  std::vector<fs::path> ModelFiles() const override {
+    const fs::path folder = workspace_.SparseFolder();
+    std::vector<fs::path> files;
+    for (const char* name : {"cameras", "images", "points3D", "rigs", "frames"}) {
+      const fs::path path = WithFormat(folder / name);
+      if (fs::exists(path)) files.push_back(path);
+    }
+    return files;
+  }
+
+  fs::path PointsFile() const override {
+    return WithFormat(workspace_.SparseFolder() / "points3D");
+  }
+
+  std::array<fs::path, 2> DepthMapFiles(const View& view, DepthMapKind kind) const override {
+    return {workspace_.DepthMapPath(view.name, TypeOf(kind)),
+            workspace_.NormalMapPath(view.name, TypeOf(kind))};
+  }
+
+  void WriteDepthMap(const View& view, DepthMapKind kind, const DepthMap& map,
+                     const std::vector<fs::path>& outputs) const override {
+    const fs::path relative =
+        workspace_.DepthMapPath(view.name, TypeOf(kind)).lexically_relative(workspace_.folder);
+    const DenseWorkspace staged{FolderOf(outputs.at(0), relative)};
+    lsmvs::WriteDepthMap(staged, view, TypeOf(kind), map);
+  }
+
+  std::unique_ptr<DepthMapSource> OpenDepthMaps(const Scene& scene, DepthMapKind kind,
+                                                size_t budget_bytes) const override {
+    return MakeDepthMapSource(workspace_, scene, TypeOf(kind), budget_bytes);
+  }
+
+  fs::path CloudFile() const override { return workspace_.FusedPath(); }
+
+  std::vector<fs::path> CloudFiles(const fs::path& cloud) const override {
+    return {cloud, DenseWorkspace::VisibilityPath(cloud)};
+  }
+
+  VisibilityCloud ReadCloud(const fs::path& cloud, const Scene& scene) const override {
+    FusedCloud fused = ReadFusedCloud(cloud, scene, workspace_);
+    if (!fused.message.empty()) LOG(WARNING) << fused.message;
+    return std::move(fused.cloud);
+  }
+
+  void WriteCloud(const VisibilityCloud& cloud, const Scene& scene,
+                  const std::vector<fs::path>& outputs) const override {
+    WriteFusedCloud(outputs.at(0), cloud, scene);
+  }
+
+  fs::path VisibilityMeshFile() const override { return workspace_.VisibilityMeshPath(); }
+  fs::path RefinedMeshFile() const override { return workspace_.RefinedMeshPath(); }
+
+ private:
+  // Binary is preferred, as when reading.
+  fs::path WithFormat(const fs::path& stem) const {
+    const bool binary = fs::exists(workspace_.SparseFolder() / "cameras.bin");
+    return stem.string() + (binary ? ".bin" : ".txt");
+  }
+
+  DenseWorkspace workspace_;
+};
+
+}  // namespace
+
+std::shared_ptr<const WorkspaceFiles> MakeColmapWorkspaceFiles(const DenseWorkspace& workspace) {
+  return std::make_shared<ColmapWorkspaceFiles>(workspace);
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "lsmvs/colmap_adapter/dense_workspace.h"
+#include "lsmvs/pipeline/workspace_files.h"
+
+namespace lsmvs {
+
+// The files of a dense workspace in COLMAP's formats, for the pipeline.
+std::shared_ptr<const WorkspaceFiles> MakeColmapWorkspaceFiles(const DenseWorkspace& workspace);
+
+}  // namespace lsmvs

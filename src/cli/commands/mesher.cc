@@ -1,0 +1,137 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+
+#include "lsmvs/cli/commands/commands.h"
+#include "lsmvs/cli/run_reconstruction.h"
+#include "lsmvs/cli/stage_options.h"
+#include "lsmvs/colmap_adapter/prepare_workspace.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace {
+
+const std::vector<std::pair<std::string, ReconstructionStage>>& StageNames() {
+  static const std::vector<std::pair<std::string, ReconstructionStage>> names = {
+      {kStereoStage, ReconstructionStage::kStereo},
+      {kFusionStage, ReconstructionStage::kFusion},
+      {kSurfaceStage, ReconstructionStage::kSurface},
+      {kRefinementStage, ReconstructionStage::kRefinement}};
+  return names;
+}
+
+class MesherCommand : public Command {
+ public:
+  CommandInfo Info() const override {
+    return {"lsmvs-mesher",
+            "from what `colmap mapper` leaves to a refined mesh, in one command",
+            "WORKSPACE is a COLMAP project (images/ and sparse/0, sparse/1, ...), whose models are "
+            "undistorted by `colmap "
+            "image_undistorter` into dense/0, dense/1, ...; or a folder that "
+            "automatic_reconstructor made; or a dense workspace "
+            "itself. Each dense workspace is taken through four stages:\n"
+            "- patch_match_stereo: depth and normal maps in stereo/ (COLMAP's format)\n"
+            "- stereo_fusion: fused.ply and fused.ply.vis (COLMAP's format)\n"
+            "- visibility_mesher: meshed-visibility.ply\n"
+            "- mesh_refiner: meshed-refined.ply, with vertex colours\n"
+            "lsmvs/run.json keeps, for each stage, options, input hashes, time, memory and counts. "
+            "A rerun skips what is up to "
+            "date; a stopped or killed run goes on where it was. Files that COLMAP or you made are "
+            "never replaced without "
+            "--overwrite: depth maps and a fused.ply that are there are used as they are, a mesh "
+            "in the way stops the run.\n"
+            "The first Ctrl-C ends the run cleanly, a second one at once. The result does not "
+            "depend on the number of threads.",
+            {"lsmvs-mesher project", "lsmvs-mesher project --quality medium --max_memory 8GB",
+             "lsmvs-mesher project/dense/0 --from visibility_mesher "
+             "--VisibilityMeshing.smoothing_iterations 0"},
+            {"workspace_path"},
+            "workspace_path"};
+  }
+
+  void Describe(OptionSet* options) override {
+    options->Add("workspace_path", &stage_.workspace_path,
+                 "The workspace; may be given without the name of the option.");
+    options->Add("image_path", &image_path_,
+                 "Folder of the photos of a project that do not lie in its images/.");
+    options->AddEnum("quality", &quality_,
+                     "As COLMAP's: photos are reduced to 1000, 1600 or 2400 pixels or taken as "
+                     "they are; the lower two take fewer "
+                     "iterations.",
+                     {{"low", Quality::kLow},
+                      {"medium", Quality::kMedium},
+                      {"high", Quality::kHigh},
+                      {"extreme", Quality::kExtreme}});
+    options->Add("max_image_size", &max_image_size_,
+                 "Longer side in pixels to which photos are reduced, instead of what --quality "
+                 "says; -1 takes them as they "
+                 "are. Time and memory go with its square.",
+                 {-1, 1000000});
+    stage_.DescribeMaskPath(options);
+    stage_.DescribeBoundingBox(options);
+    options->AddEnum("from", &from_,
+                     "First stage; what earlier stages make must be there and is used as it is.",
+                     StageNames());
+    options->AddEnum("to", &to_, "Last stage.", StageNames());
+    stage_.DescribeOverwrite(options);
+    options_.Describe(options);
+  }
+
+  void ApplyPresets() override { ApplyQuality(quality_, &options_); }
+
+  void Run(const CommandContext& context) override {
+    if (from_ > to_) throw UsageError("--from names a later stage than --to");
+    if (max_image_size_.has_value()) options_.max_image_size = std::max(0, *max_image_size_);
+    options_.bounding_box = ParseBox("bounding_box", stage_.bounding_box);
+    std::optional<Error> first_error;
+    const auto entries = FindDenseWorkspaces(stage_.workspace_path, image_path_);
+    for (const WorkspaceEntry& entry : entries) {
+      try {
+        RunWorkspace(entry, context);
+      } catch (const InputError& error) {
+        // The other models of the project are none the worse for it.
+        if (entries.size() == 1) throw;
+        context.display->Abandon();
+        fmt::print(stderr, "error: {}\n", error.what());
+        if (!first_error) first_error = error;
+      }
+    }
+    if (first_error)
+      throw Error(first_error->code(), "not all models could be reconstructed; see above");
+  }
+
+ private:
+  void RunWorkspace(const WorkspaceEntry& entry, const CommandContext& context) {
+    const DenseWorkspace workspace = Prepare(entry, context);
+    const auto reconstruction = OpenReconstruction(workspace, stage_.mask_path, options_, context);
+    RunPlanned(workspace, *reconstruction, MakeReconstructionTasks(reconstruction, from_, to_),
+               stage_.overwrite, context);
+  }
+
+  DenseWorkspace Prepare(const WorkspaceEntry& entry, const CommandContext& context) {
+    if (entry.exists) return entry.workspace;
+    context.display->Begin("undistortion by colmap");
+    PrepareWorkspaceOptions options;
+    options.image_folder = image_path_;
+    const DenseWorkspace workspace =
+        PrepareDenseWorkspace(entry, ColmapRunner(), options, context.run);
+    context.display->End(workspace.folder.string());
+    return workspace;
+  }
+
+  StageOptions stage_;
+  std::string image_path_;
+  Quality quality_ = Quality::kHigh;
+  std::optional<int> max_image_size_;
+  ReconstructionStage from_ = ReconstructionStage::kStereo;
+  ReconstructionStage to_ = ReconstructionStage::kRefinement;
+  ReconstructionOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeMesherCommand() { return std::make_unique<MesherCommand>(); }
+
+}  // namespace lsmvs

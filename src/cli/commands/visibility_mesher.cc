@@ -1,0 +1,65 @@
+#include <memory>
+
+#include "lsmvs/cli/commands/commands.h"
+#include "lsmvs/cli/run_reconstruction.h"
+#include "lsmvs/cli/stage_options.h"
+
+namespace lsmvs {
+
+namespace {
+
+enum class CloudKind { kDense, kSparse };
+
+class VisibilityMesherCommand : public Command {
+ public:
+  CommandInfo Info() const override {
+    return {"visibility_mesher",
+            "point cloud with visibility -> mesh",
+            "Makes the surface that agrees with what each view saw, as COLMAP's delaunay_mesher "
+            "does: a minimum cut of a Delaunay "
+            "tetrahedralisation. Reads fused.ply and fused.ply.vis of a dense workspace (or with "
+            "--input_type sparse the points "
+            "of its sparse model) and writes a triangle mesh with colours and normals.",
+            {"lsmvs visibility_mesher --input_path project/dense/0 --output_path "
+             "project/dense/0/meshed-visibility.ply"},
+            {"input_path", "output_path"},
+            "input_path"};
+  }
+
+  void Describe(OptionSet* options) override {
+    options->Add("input_path", &stage_.workspace_path,
+                 "Dense workspace that holds fused.ply and fused.ply.vis.");
+    options->AddEnum("input_type", &input_type_,
+                     "Points to mesh: the fused cloud or the sparse model's.",
+                     {{"dense", CloudKind::kDense}, {"sparse", CloudKind::kSparse}});
+    options->Add("output_path", &output_path_, "The mesh to write (PLY).");
+    stage_.DescribeBoundingBox(options);
+    stage_.DescribeOverwrite(options);
+    options_.surface.Describe(options);
+  }
+
+  void Run(const CommandContext& context) override {
+    stage_.Apply(&options_);
+    const DenseWorkspace workspace = stage_.Workspace();
+    const auto reconstruction = OpenReconstruction(workspace, "", options_, context);
+    Task task = input_type_ == CloudKind::kSparse
+                    ? MakeSparseSurfaceTask(reconstruction, output_path_)
+                    : MakeSurfaceTask(reconstruction, workspace.FusedPath(), output_path_);
+    RenameForOutput(workspace.VisibilityMeshPath(), &task);
+    RunPlanned(workspace, *reconstruction, {task}, stage_.overwrite, context);
+  }
+
+ private:
+  StageOptions stage_;
+  CloudKind input_type_ = CloudKind::kDense;
+  std::string output_path_;
+  ReconstructionOptions options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Command> MakeVisibilityMesherCommand() {
+  return std::make_unique<VisibilityMesherCommand>();
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,90 @@
+#include "lsmvs/cli/run_reconstruction.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "lsmvs/cli/colmap_workspace.h"
+#include "lsmvs/cli/common_options.h"
+#include "lsmvs/cli/help_text.h"
+#include "lsmvs/colmap_adapter/scene_loader.h"
+#include "lsmvs/execution/run_store.h"
+#include "lsmvs/execution/run_tasks.h"
+
+namespace lsmvs {
+
+namespace {
+
+// Shows the stages of a run.
+class ConsoleObserver : public RunObserver {
+ public:
+  explicit ConsoleObserver(ProgressDisplay* display) : display_(display) {}
+
+  void OnStageBegin(const PlannedStage& stage, double fraction_done) override {
+    display_->Begin(stage.name, fraction_done);
+  }
+  void OnStageEnd(const StageSummary& summary) override {
+    std::string note = CountsText(summary.counts);
+    if (!note.empty()) note += ", ";
+    note += fmt::format("{} of memory", FormatBytes(summary.peak_bytes));
+    display_->End(note);
+  }
+
+ private:
+  ProgressDisplay* display_;
+};
+
+PlanHeader MakeHeader(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
+                      const CommandContext& context) {
+  PlanHeader header;
+  header.workspace = workspace.folder.string();
+  header.num_views = reconstruction.scene.num_views();
+  header.num_pixels = NumPixels(reconstruction);
+  header.num_points = reconstruction.scene.points.size();
+  header.num_threads = context.run.num_threads();
+  header.memory_budget_bytes = context.run.memory_budget_bytes;
+  return header;
+}
+
+int LongestSide(const Reconstruction& reconstruction) {
+  int longest = 1;
+  for (int i = 0; i < reconstruction.scene.num_views(); ++i) {
+    const PinholeCamera camera = reconstruction.images->Camera(i, 0);
+    longest = std::max({longest, camera.width, camera.height});
+  }
+  return longest;
+}
+
+void Print(const std::string& text) {
+  fmt::print("{}", text);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace,
+                                     const std::string& mask_folder,
+                                     const ReconstructionOptions& options,
+                                     const CommandContext& context) {
+  LoadSceneOptions load;
+  load.mask_folder = mask_folder;
+  ReconstructionOptions seeded = options;
+  seeded.seed = context.run.seed;
+  return MakeReconstruction(LoadScene(workspace, load), MakeColmapWorkspaceFiles(workspace), seeded,
+                            context.run.memory_budget_bytes);
+}
+
+void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
+                const std::vector<Task>& tasks, bool overwrite, const CommandContext& context) {
+  RunStore store(workspace.folder, VersionLine());
+  const RunPlan plan = PlanRun(tasks, {overwrite}, &store);
+  const PlanHeader header = MakeHeader(workspace, reconstruction, context);
+  Print(PlanText(header, plan));
+  CheckPlanFits(header, plan, LongestSide(reconstruction));
+  ConsoleObserver observer(context.display);
+  RunTasks(tasks, plan, &store, &observer, context.run);
+  Print("results\n" + ResultText(tasks, plan));
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "lsmvs/cli/command.h"
+#include "lsmvs/cli/plan_text.h"
+#include "lsmvs/colmap_adapter/dense_workspace.h"
+#include "lsmvs/execution/task.h"
+#include "lsmvs/pipeline/reconstruction.h"
+
+namespace lsmvs {
+
+// Loads the workspace's scene and sets up what its tasks share. `mask_folder` may be empty.
+ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace,
+                                     const std::string& mask_folder,
+                                     const ReconstructionOptions& options,
+                                     const CommandContext& context);
+
+// Prints the plan, refuses it if it does not fit the memory, runs it with progress, and prints what
+// is there now.
+void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
+                const std::vector<Task>& tasks, bool overwrite, const CommandContext& context);
+
+}  // namespace lsmvs

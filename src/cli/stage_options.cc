@@ -1,0 +1,57 @@
+#include "lsmvs/cli/stage_options.h"
+
+#include <algorithm>
+
+namespace lsmvs {
+
+namespace fs = std::filesystem;
+
+void StageOptions::DescribeWorkspace(OptionSet* options) {
+  options->Add("workspace_path", &workspace_path,
+               "Dense workspace: the folder that `colmap image_undistorter` wrote, with images/ "
+               "and sparse/.");
+  options->AddEnum("workspace_format", &format, "Format of the workspace.",
+                   {{"COLMAP", DenseFormat::kColmap}});
+}
+
+void StageOptions::DescribeMaskPath(OptionSet* options) {
+  options->Add("mask_path", &mask_path,
+               "Folder with masks: of image a/b.jpg it is a/b.jpg.png; black pixels are not used. "
+               "Images without a mask "
+               "are used whole.");
+}
+
+void StageOptions::DescribeBoundingBox(OptionSet* options) {
+  options->Add("bounding_box", &bounding_box,
+               "Region of interest xmin,ymin,zmin,xmax,ymax,zmax in the coordinates of the sparse "
+               "model; points outside are "
+               "dropped.");
+}
+
+void StageOptions::DescribeMaxImageSize(const std::string& name, OptionSet* options) {
+  options->Add(name, &max_image_size,
+               "Longer side in pixels to which photos are reduced; -1 takes them as they are. Time "
+               "and memory go with its "
+               "square.",
+               {-1, 1000000});
+}
+
+void StageOptions::DescribeOverwrite(OptionSet* options) {
+  options->Add("overwrite", &overwrite,
+               "Replace files that are there and were not made by this program. Without it they "
+               "are used, or the run "
+               "stops.");
+}
+
+void StageOptions::Apply(ReconstructionOptions* options) const {
+  options->max_image_size = std::max(0, max_image_size);
+  options->bounding_box = ParseBox("bounding_box", bounding_box);
+}
+
+void RenameForOutput(const fs::path& usual_output, Task* task) {
+  const fs::path& output = task->outputs.front();
+  const auto normal = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
+  if (normal(output) != normal(usual_output)) task->name += " -> " + normal(output).string();
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "lsmvs/colmap_adapter/dense_workspace.h"
+#include "lsmvs/execution/task.h"
+#include "lsmvs/pipeline/reconstruction_options.h"
+#include "lsmvs/util/option_set.h"
+
+namespace lsmvs {
+
+// COLMAP's --workspace_format. We know its own format only.
+enum class DenseFormat { kColmap };
+
+// Options that the commands for single stages share.
+struct StageOptions {
+  std::string workspace_path;
+  DenseFormat format = DenseFormat::kColmap;
+  std::string mask_path;
+  std::string bounding_box;
+  int max_image_size = -1;  // as COLMAP's: -1 or 0 is the full size
+  bool overwrite = false;
+
+  void DescribeWorkspace(OptionSet* options);
+  void DescribeMaskPath(OptionSet* options);
+  void DescribeBoundingBox(OptionSet* options);
+  // `name`: COLMAP's, with the stage's group.
+  void DescribeMaxImageSize(const std::string& name, OptionSet* options);
+  void DescribeOverwrite(OptionSet* options);
+
+  // Puts what concerns all stages into their options.
+  void Apply(ReconstructionOptions* options) const;
+  DenseWorkspace Workspace() const { return DenseWorkspace{workspace_path}; }
+};
+
+// A task that writes elsewhere than the pipeline does is another one.
+void RenameForOutput(const std::filesystem::path& usual_output, Task* task);
+
+}  // namespace lsmvs

@@ -1,0 +1,67 @@
+#include "lsmvs/pipeline/reconstruction.h"
+
+#include <algorithm>
+
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace {
+// Part of the memory budget that decoded photos may take.
+constexpr size_t kImageBudgetDivisor = 4;
+}  // namespace
+
+std::shared_ptr<const Reconstruction> MakeReconstruction(
+    Scene scene, std::shared_ptr<const WorkspaceFiles> files, const ReconstructionOptions& options,
+    size_t memory_budget_bytes) {
+  std::string error;
+  if (!options.Check(&error)) throw UsageError(error);
+  auto reconstruction = std::make_shared<Reconstruction>();
+  reconstruction->scene = std::move(scene);
+  reconstruction->files = std::move(files);
+  reconstruction->options = options;
+  reconstruction->memory_budget_bytes = memory_budget_bytes;
+  ImageStoreOptions images;
+  images.max_image_size = options.max_image_size;
+  images.budget_bytes = memory_budget_bytes / kImageBudgetDivisor;
+  reconstruction->images = MakeImageStore(reconstruction->scene, images);
+  reconstruction->neighbors = SelectNeighbors(reconstruction->scene, options.view_selection);
+  reconstruction->depth_ranges = EstimateDepthRanges(reconstruction->scene);
+  return reconstruction;
+}
+
+std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstruction,
+                                          ReconstructionStage from, ReconstructionStage to) {
+  const WorkspaceFiles& files = *reconstruction->files;
+  const auto included = [&](ReconstructionStage stage) { return from <= stage && stage <= to; };
+  std::vector<Task> tasks;
+  if (included(ReconstructionStage::kStereo)) {
+    tasks = MakeStereoTasks(reconstruction);
+    // Depth maps serve fusion: with a fused.ply that is used as it is, nobody asks for them.
+    const bool wanted = to == ReconstructionStage::kStereo;
+    for (Task& task : tasks) task.wanted = task.wanted && wanted;
+  }
+  if (included(ReconstructionStage::kFusion)) {
+    tasks.push_back(
+        MakeFusionTask(reconstruction, FinalDepthMaps(reconstruction->options), files.CloudFile()));
+  }
+  if (included(ReconstructionStage::kSurface)) {
+    tasks.push_back(MakeSurfaceTask(reconstruction, files.CloudFile(), files.VisibilityMeshFile()));
+  }
+  if (included(ReconstructionStage::kRefinement)) {
+    tasks.push_back(
+        MakeRefinementTask(reconstruction, files.VisibilityMeshFile(), files.RefinedMeshFile()));
+  }
+  return tasks;
+}
+
+double NumPixels(const Reconstruction& reconstruction) {
+  double pixels = 0;
+  for (int i = 0; i < reconstruction.scene.num_views(); ++i) {
+    const PinholeCamera camera = reconstruction.images->Camera(i, 0);
+    pixels += static_cast<double>(camera.width) * camera.height;
+  }
+  return pixels;
+}
+
+}  // namespace lsmvs

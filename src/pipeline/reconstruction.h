@@ -1,0 +1,72 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "lsmvs/execution/task.h"
+#include "lsmvs/image/image_store.h"
+#include "lsmvs/pipeline/reconstruction_options.h"
+#include "lsmvs/pipeline/workspace_files.h"
+#include "lsmvs/scene/scene.h"
+#include "lsmvs/scene/view_selection.h"
+
+namespace lsmvs {
+
+// What all tasks of one workspace share. Tasks made from it keep it alive. Nothing in it changes
+// what a task gives: results that one stage hands to the next go through files, so that a run that
+// was killed and restarted gives the same bytes.
+struct Reconstruction {
+  Scene scene;
+  std::shared_ptr<const WorkspaceFiles> files;
+  ReconstructionOptions options;
+  size_t memory_budget_bytes = 0;
+
+  std::unique_ptr<ImageStore> images;            // reduced to options.max_image_size
+  std::vector<std::vector<Neighbor>> neighbors;  // by options.view_selection
+  std::vector<DepthRange> depth_ranges;
+};
+
+// Throws UsageError for options out of range.
+std::shared_ptr<const Reconstruction> MakeReconstruction(
+    Scene scene, std::shared_ptr<const WorkspaceFiles> files, const ReconstructionOptions& options,
+    size_t memory_budget_bytes);
+
+using ReconstructionPtr = std::shared_ptr<const Reconstruction>;
+
+// Depth maps of every view: one task a view and pass (photometric, then geometric if the options
+// ask for it). Those of the last pass are wanted. Maps that COLMAP made are used where they are
+// complete. Throws InputError if nothing tells the range of depths: no sparse points and no
+// depth_min and depth_max.
+std::vector<Task> MakeStereoTasks(const ReconstructionPtr& reconstruction);
+
+// Depth maps of the kind -> cloud with views.
+Task MakeFusionTask(const ReconstructionPtr& reconstruction, DepthMapKind kind,
+                    const std::filesystem::path& cloud);
+
+// Cloud -> visibility-consistent mesh. Throws InputError (when it runs) if the cloud supports no
+// surface.
+Task MakeSurfaceTask(const ReconstructionPtr& reconstruction, const std::filesystem::path& cloud,
+                     const std::filesystem::path& mesh);
+// The same from the sparse model's points.
+Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
+                           const std::filesystem::path& mesh);
+
+// Mesh -> photometrically refined mesh with vertex colours.
+Task MakeRefinementTask(const ReconstructionPtr& reconstruction,
+                        const std::filesystem::path& input_mesh,
+                        const std::filesystem::path& output_mesh);
+
+// All stages from `from` to `to` on the workspace's own files. What stages before `from` make must
+// be there.
+std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstruction,
+                                          ReconstructionStage from, ReconstructionStage to);
+
+// Kind of the maps that the options' last pass makes, which fusion takes.
+DepthMapKind FinalDepthMaps(const ReconstructionOptions& options);
+
+// Photos' pixels after reduction to max_image_size, summed over the views.
+double NumPixels(const Reconstruction& reconstruction);
+
+}  // namespace lsmvs

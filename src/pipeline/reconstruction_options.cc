@@ -1,0 +1,52 @@
+#include "lsmvs/pipeline/reconstruction_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <sstream>
+
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+void ReconstructionOptions::Describe(OptionSet* options) {
+  view_selection.Describe(options);
+  patch_match.Describe(options);
+  fusion.Describe(options);
+  surface.Describe(options);
+  refinement.Describe(options);
+}
+
+void ApplyQuality(Quality quality, ReconstructionOptions* options) {
+  static constexpr std::array<int, 4> kSizes = {1000, 1600, 2400, 0};
+  static constexpr std::array<double, 4> kIterations = {0.5, 0.75, 1.0, 1.0};
+  const auto level = static_cast<size_t>(quality);
+  options->max_image_size = kSizes[level];
+  const auto scale = [&](int* iterations) {
+    *iterations = std::max(1, static_cast<int>(*iterations * kIterations[level]));
+  };
+  scale(&options->patch_match.num_iterations);
+  scale(&options->refinement.max_num_iterations);
+}
+
+Eigen::AlignedBox3d ParseBox(const std::string& option, const std::string& text) {
+  Eigen::AlignedBox3d box;
+  if (text.empty()) return box;
+  std::string blanks = text;
+  std::replace(blanks.begin(), blanks.end(), ',', ' ');
+  std::istringstream numbers(blanks);
+  std::array<double, 6> value{};
+  for (double& number : value) numbers >> number;
+  const bool complete = !numbers.fail() && (numbers >> std::ws).eof();
+  box.min() = {value[0], value[1], value[2]};
+  box.max() = {value[3], value[4], value[5]};
+  if (!complete || !box.min().allFinite() || !box.max().allFinite() || box.isEmpty()) {
+    throw UsageError(fmt::format(
+        "--{} is '{}', but must be six numbers xmin,ymin,zmin,xmax,ymax,zmax with min <= max",
+        option, text));
+  }
+  return box;
+}
+
+}  // namespace lsmvs

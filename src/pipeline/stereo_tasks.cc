@@ -1,0 +1,156 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "lsmvs/pipeline/reconstruction.h"
+#include "lsmvs/pipeline/task_inputs.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace {
+
+// Version of the method: a new one makes maps of older runs stale.
+constexpr const char* kStereoVersion = "1";
+constexpr const char* kFusionVersion = "1";
+
+// Part of the memory budget that cached depth maps may take.
+constexpr size_t kMapBudgetDivisor = 4;
+
+std::string KindName(DepthMapKind kind) {
+  return kind == DepthMapKind::kPhotometric ? "photometric" : "geometric";
+}
+
+size_t MapBudget(const Reconstruction& reconstruction) {
+  return reconstruction.memory_budget_bytes / kMapBudgetDivisor;
+}
+
+double CountDepths(const DepthMap& map) {
+  const auto& depths = map.depth.pixels;
+  return static_cast<double>(
+      std::count_if(depths.begin(), depths.end(), [](float depth) { return depth > 0; }));
+}
+
+void CheckDepthRangeKnown(const Reconstruction& reconstruction) {
+  const PatchMatchOptions& options = reconstruction.options.patch_match;
+  if (!reconstruction.scene.points.empty()) return;
+  if (options.depth_min.has_value() && options.depth_max.has_value()) return;
+  throw InputError(reconstruction.files->PointsFile().string(),
+                   "holds no points, so that nothing tells how far the scene is",
+                   "triangulate points (colmap point_triangulator), or give "
+                   "--PatchMatchStereo.depth_min and --PatchMatchStereo.depth_max");
+}
+
+TaskCounts RunStereo(const Reconstruction& reconstruction, int view_idx, DepthMapKind kind,
+                     const TaskRun& run) {
+  CheckDepthRangeKnown(reconstruction);
+  const auto view = static_cast<size_t>(view_idx);
+  std::unique_ptr<DepthMapSource> maps;
+  if (kind == DepthMapKind::kGeometric) {
+    maps = reconstruction.files->OpenDepthMaps(reconstruction.scene, DepthMapKind::kPhotometric,
+                                               MapBudget(reconstruction));
+  }
+  const DepthMap map =
+      EstimateDepthMap(reconstruction.scene, *reconstruction.images, view_idx,
+                       reconstruction.neighbors[view], reconstruction.depth_ranges[view],
+                       maps.get(), reconstruction.options.patch_match, run.context);
+  reconstruction.files->WriteDepthMap(reconstruction.scene.views[view], kind, map, run.outputs);
+  return {{"maps", 1.0}, {"depths", CountDepths(map)}};
+}
+
+Task MakeStereoTask(const ReconstructionPtr& reconstruction, int view_idx, DepthMapKind kind) {
+  const auto view = static_cast<size_t>(view_idx);
+  const ReconstructionOptions& options = reconstruction->options;
+  Task task;
+  task.stage = kStereoStage;
+  task.name =
+      fmt::format("{}/{}/{}", kStereoStage, KindName(kind), reconstruction->scene.views[view].name);
+  task.version = kStereoVersion;
+  task.options = TaskOptionsText(*reconstruction, options.view_selection, options.patch_match);
+  AddModelInputs(*reconstruction, &task);
+  AddPhotoInputs(*reconstruction, view_idx, &task);
+  for (const Neighbor& n : reconstruction->neighbors[view]) {
+    AddPhotoInputs(*reconstruction, n.view_idx, &task);
+  }
+  if (kind == DepthMapKind::kGeometric) {
+    AddDepthMapInputs(*reconstruction, view_idx, DepthMapKind::kPhotometric, &task);
+    for (const Neighbor& n : reconstruction->neighbors[view]) {
+      AddDepthMapInputs(*reconstruction, n.view_idx, DepthMapKind::kPhotometric, &task);
+    }
+  }
+  const auto outputs =
+      reconstruction->files->DepthMapFiles(reconstruction->scene.views[view], kind);
+  task.outputs.assign(outputs.begin(), outputs.end());
+  task.foreign_outputs = ForeignOutputs::kUse;
+  task.wanted = kind == FinalDepthMaps(options);
+  task.run = [=](const TaskRun& run) { return RunStereo(*reconstruction, view_idx, kind, run); };
+  return task;
+}
+
+// Spreads the cost of both passes over the views.
+void SetCosts(const Reconstruction& reconstruction, std::vector<Task>* tasks) {
+  const CostEstimate cost = EstimatePatchMatchCost(reconstruction.scene, *reconstruction.images,
+                                                   reconstruction.options.patch_match);
+  for (Task& task : *tasks) {
+    task.cost = {cost.cpu_seconds / static_cast<double>(tasks->size()), cost.peak_bytes};
+  }
+}
+
+TaskCounts RunFusion(const Reconstruction& reconstruction, DepthMapKind kind, const TaskRun& run) {
+  const std::unique_ptr<DepthMapSource> maps =
+      reconstruction.files->OpenDepthMaps(reconstruction.scene, kind, MapBudget(reconstruction));
+  FusionOptions options = reconstruction.options.fusion;
+  options.bounding_box = reconstruction.options.bounding_box;
+  const VisibilityCloud cloud =
+      FuseDepthMaps(reconstruction.scene, *reconstruction.images, reconstruction.neighbors, *maps,
+                    options, run.context);
+  if (cloud.size() == 0) {
+    throw InputError(reconstruction.files->CloudFile().string(),
+                     "would be empty: no depth is confirmed by other views",
+                     "check that photos overlap, or lower --StereoFusion.min_num_pixels");
+  }
+  reconstruction.files->WriteCloud(cloud, reconstruction.scene, run.outputs);
+  return {{"points", static_cast<double>(cloud.size())},
+          {"observations", static_cast<double>(cloud.view_idxs.size())}};
+}
+
+}  // namespace
+
+DepthMapKind FinalDepthMaps(const ReconstructionOptions& options) {
+  return options.patch_match.geom_consistency ? DepthMapKind::kGeometric
+                                              : DepthMapKind::kPhotometric;
+}
+
+std::vector<Task> MakeStereoTasks(const ReconstructionPtr& reconstruction) {
+  std::vector<Task> tasks;
+  const int num_views = reconstruction->scene.num_views();
+  for (const DepthMapKind kind : {DepthMapKind::kPhotometric, DepthMapKind::kGeometric}) {
+    if (kind == DepthMapKind::kGeometric && kind != FinalDepthMaps(reconstruction->options)) break;
+    for (int i = 0; i < num_views; ++i) tasks.push_back(MakeStereoTask(reconstruction, i, kind));
+  }
+  SetCosts(*reconstruction, &tasks);
+  return tasks;
+}
+
+Task MakeFusionTask(const ReconstructionPtr& reconstruction, DepthMapKind kind,
+                    const std::filesystem::path& cloud) {
+  const ReconstructionOptions& options = reconstruction->options;
+  Task task;
+  task.stage = task.name = kFusionStage;
+  task.version = kFusionVersion;
+  task.options = TaskOptionsText(*reconstruction, options.view_selection, options.fusion) +
+                 fmt::format("input_type={}\nbounding_box={}\n", KindName(kind),
+                             BoxText(options.bounding_box));
+  AddModelInputs(*reconstruction, &task);
+  AddAllPhotoInputs(*reconstruction, &task);
+  for (int i = 0; i < reconstruction->scene.num_views(); ++i) {
+    AddDepthMapInputs(*reconstruction, i, kind, &task);
+  }
+  task.outputs = reconstruction->files->CloudFiles(cloud);
+  task.foreign_outputs = ForeignOutputs::kUse;
+  task.cost = EstimateFusionCost(reconstruction->scene, *reconstruction->images, options.fusion);
+  task.run = [=](const TaskRun& run) { return RunFusion(*reconstruction, kind, run); };
+  return task;
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,162 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "lsmvs/mesh/ply.h"
+#include "lsmvs/pipeline/reconstruction.h"
+#include "lsmvs/pipeline/task_inputs.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace {
+
+constexpr const char* kSurfaceVersion = "1";
+constexpr const char* kRefinementVersion = "1";
+
+// Before there is a cloud: points that fusion makes of a pixel, and views of a point; measured on
+// scenes of 8 to 24 photos.
+constexpr double kPointsPerPixel = 0.2;
+constexpr double kViewsPerPoint = 4;
+// Vertices of a visibility mesh for each point of its cloud, and faces a vertex.
+constexpr double kVerticesPerPoint = 0.35;
+constexpr double kFacesPerVertex = 2;
+
+size_t ElementCount(const std::filesystem::path& path, const std::string& element) {
+  const PlyReader reader(path);
+  const PlyElement* found = reader.FindElement(element);
+  return found == nullptr ? 0 : found->count;
+}
+
+// Points of the cloud if it is there, else what is to be expected.
+size_t ExpectedPoints(const Reconstruction& reconstruction, const std::filesystem::path& cloud) {
+  if (std::filesystem::exists(cloud)) return ElementCount(cloud, "vertex");
+  return static_cast<size_t>(kPointsPerPixel * NumPixels(reconstruction));
+}
+
+size_t ExpectedFaces(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {
+  if (std::filesystem::exists(mesh)) return ElementCount(mesh, "face");
+  return static_cast<size_t>(
+      kFacesPerVertex * kVerticesPerPoint *
+      static_cast<double>(ExpectedPoints(reconstruction, reconstruction.files->CloudFile())));
+}
+
+// Points inside the box, which is in the world of the files.
+VisibilityCloud Crop(const VisibilityCloud& cloud, const Eigen::AlignedBox3d& box,
+                     const Eigen::Vector3d& world_offset) {
+  VisibilityCloud kept;
+  for (size_t p = 0; p < cloud.size(); ++p) {
+    if (!box.contains(cloud.positions[p].cast<double>() + world_offset)) continue;
+    kept.Add(cloud.positions[p], cloud.normals[p], cloud.colors[p], cloud.ViewsOf(p));
+  }
+  return kept;
+}
+
+VisibilityCloud SparseCloud(const Scene& scene) {
+  VisibilityCloud cloud;
+  for (const SparsePoint& point : scene.points) {
+    const std::vector<uint32_t> views(point.view_idxs.begin(), point.view_idxs.end());
+    cloud.Add(point.x_in_world.cast<float>(), Eigen::Vector3f::Zero(), point.color, views);
+  }
+  return cloud;
+}
+
+TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud,
+                     const std::filesystem::path& cloud_path, const TaskRun& run) {
+  const ReconstructionOptions& options = reconstruction.options;
+  const Eigen::Vector3d& offset = reconstruction.scene.world_offset;
+  if (!options.bounding_box.isEmpty()) cloud = Crop(cloud, options.bounding_box, offset);
+  const VisibilityMesherResult result =
+      MeshVisibilityCloud(reconstruction.scene, cloud, options.surface, run.context);
+  if (result.mesh.empty()) {
+    throw InputError(cloud_path.string(), "gives no surface: " + result.message,
+                     "check that the points and their views belong to this model");
+  }
+  WriteMeshPly(run.outputs.at(0), result.mesh, offset);
+  return {{"points", static_cast<double>(cloud.size())},
+          {"delaunay_vertices", static_cast<double>(result.counters.num_vertices)},
+          {"vertices", static_cast<double>(result.mesh.vertices.size())},
+          {"faces", static_cast<double>(result.mesh.faces.size())}};
+}
+
+Task SurfaceTask(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {
+  const ReconstructionOptions& options = reconstruction.options;
+  Task task;
+  task.stage = task.name = kSurfaceStage;
+  task.version = kSurfaceVersion;
+  task.options = TaskOptionsText(reconstruction, options.surface) +
+                 fmt::format("bounding_box={}\n", BoxText(options.bounding_box));
+  AddModelInputs(reconstruction, &task);
+  task.outputs = {mesh};
+  return task;
+}
+
+TaskCounts RunRefinement(const Reconstruction& reconstruction, const std::filesystem::path& input,
+                         const TaskRun& run) {
+  const Eigen::Vector3d& offset = reconstruction.scene.world_offset;
+  const TriangleMesh mesh = ReadMeshPly(input, offset);
+  if (mesh.empty()) throw InputError(input.string(), "has no faces", "give a mesh");
+  const RefinementResult result = RefineMesh(reconstruction.scene, *reconstruction.images, mesh,
+                                             reconstruction.options.refinement, run.context);
+  WriteMeshPly(run.outputs.at(0), result.mesh, offset);
+  return {{"vertices", static_cast<double>(result.mesh.vertices.size())},
+          {"faces", static_cast<double>(result.mesh.faces.size())},
+          {"pairs", static_cast<double>(result.num_pairs)},
+          {"photo_error_before", result.input_photo_error},
+          {"photo_error_after", result.output_photo_error}};
+}
+
+}  // namespace
+
+Task MakeSurfaceTask(const ReconstructionPtr& reconstruction, const std::filesystem::path& cloud,
+                     const std::filesystem::path& mesh) {
+  Task task = SurfaceTask(*reconstruction, mesh);
+  const auto inputs = reconstruction->files->CloudFiles(cloud);
+  task.inputs.insert(task.inputs.end(), inputs.begin(), inputs.end());
+  const size_t num_points = ExpectedPoints(*reconstruction, cloud);
+  task.cost = EstimateVisibilityMesherCost(
+      num_points, static_cast<size_t>(kViewsPerPoint * static_cast<double>(num_points)),
+      reconstruction->options.surface);
+  task.run = [=](const TaskRun& run) {
+    VisibilityCloud points = reconstruction->files->ReadCloud(cloud, reconstruction->scene);
+    return MeshCloud(*reconstruction, std::move(points), cloud, run);
+  };
+  return task;
+}
+
+Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
+                           const std::filesystem::path& mesh) {
+  Task task = SurfaceTask(*reconstruction, mesh);
+  task.options += "input_type=sparse\n";
+  task.cost = EstimateVisibilityMesherCost(reconstruction->scene.points.size(),
+                                           4 * reconstruction->scene.points.size(),
+                                           reconstruction->options.surface);
+  task.run = [=](const TaskRun& run) {
+    return MeshCloud(*reconstruction, SparseCloud(reconstruction->scene),
+                     reconstruction->files->PointsFile(), run);
+  };
+  return task;
+}
+
+Task MakeRefinementTask(const ReconstructionPtr& reconstruction,
+                        const std::filesystem::path& input_mesh,
+                        const std::filesystem::path& output_mesh) {
+  const ReconstructionOptions& options = reconstruction->options;
+  Task task;
+  task.stage = task.name = kRefinementStage;
+  task.version = kRefinementVersion;
+  task.options = TaskOptionsText(*reconstruction, options.refinement);
+  AddModelInputs(*reconstruction, &task);
+  AddAllPhotoInputs(*reconstruction, &task);
+  task.inputs.push_back(input_mesh);
+  task.outputs = {output_mesh};
+  RunContext context(1);
+  context.memory_budget_bytes = reconstruction->memory_budget_bytes;
+  task.cost = EstimateRefinementCost(reconstruction->scene, *reconstruction->images,
+                                     ExpectedFaces(*reconstruction, input_mesh), options.refinement,
+                                     context);
+  task.run = [=](const TaskRun& run) { return RunRefinement(*reconstruction, input_mesh, run); };
+  return task;
+}
+
+}  // namespace lsmvs

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "lsmvs/scene/depth_map.h"
+#include "lsmvs/scene/scene.h"
+#include "lsmvs/scene/visibility_cloud.h"
+
+namespace lsmvs {
+
+enum class DepthMapKind { kPhotometric, kGeometric };
+
+// The files of one dense workspace, as the pipeline needs them. Whoever knows the formats
+// implements this (lsmvs/cli does so with colmap_adapter); the stages never see it.
+//
+// Writers take the paths to write to (Task's staged outputs, of the same file names as the real
+// ones) in the order in which the functions that name the files return them.
+class WorkspaceFiles {
+ public:
+  virtual ~WorkspaceFiles() = default;
+
+  // Files of the sparse model: inputs of every stage.
+  virtual std::vector<std::filesystem::path> ModelFiles() const = 0;
+  // The one that holds the sparse points, for messages.
+  virtual std::filesystem::path PointsFile() const = 0;
+
+  // Depth and normal map of a view.
+  virtual std::array<std::filesystem::path, 2> DepthMapFiles(const View& view,
+                                                             DepthMapKind kind) const = 0;
+  virtual void WriteDepthMap(const View& view, DepthMapKind kind, const DepthMap& map,
+                             const std::vector<std::filesystem::path>& outputs) const = 0;
+  // `scene` outlives the source.
+  virtual std::unique_ptr<DepthMapSource> OpenDepthMaps(const Scene& scene, DepthMapKind kind,
+                                                        size_t budget_bytes) const = 0;
+
+  // The workspace's cloud (fused.ply).
+  virtual std::filesystem::path CloudFile() const = 0;
+  // A cloud's file and that of its visibility.
+  virtual std::vector<std::filesystem::path> CloudFiles(
+      const std::filesystem::path& cloud) const = 0;
+  virtual VisibilityCloud ReadCloud(const std::filesystem::path& cloud,
+                                    const Scene& scene) const = 0;
+  virtual void WriteCloud(const VisibilityCloud& cloud, const Scene& scene,
+                          const std::vector<std::filesystem::path>& outputs) const = 0;
+
+  // The workspace's meshes.
+  virtual std::filesystem::path VisibilityMeshFile() const = 0;
+  virtual std::filesystem::path RefinedMeshFile() const = 0;
+};
+
+}  // namespace lsmvs
