@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "lsmvs/cli/commands/commands.h"
+#include "lsmvs/cli/commands/comparison.h"
 #include "lsmvs/cli/run_reconstruction.h"
 #include "lsmvs/cli/stage_options.h"
 #include "lsmvs/colmap_adapter/prepare_workspace.h"
@@ -76,6 +77,9 @@ class MesherCommand : public Command {
                      StageNames());
     options->AddEnum("to", &to_, "Last stage.", StageNames());
     stage_.DescribeOverwrite(options);
+    options->Add("report", &report_,
+                 "End with a page that shows the meshes beside COLMAP's, those that are there: "
+                 "lsmvs/report/index.html (see lsmvs mesh_comparer).");
     options_.Describe(options);
   }
 
@@ -108,6 +112,13 @@ class MesherCommand : public Command {
     const auto reconstruction = OpenReconstruction(workspace, stage_.mask_path, options_, context);
     RunPlanned(workspace, *reconstruction, MakeReconstructionTasks(reconstruction, from_, to_),
                stage_.overwrite, context);
+    if (report_) WriteReport(workspace, context);
+  }
+
+  static void WriteReport(const DenseWorkspace& workspace, const CommandContext& context) {
+    ComparisonOptions options;
+    options.workspace_path = workspace.folder.string();
+    fmt::print("{}\n", WriteComparison(options, context).string());
   }
 
   DenseWorkspace Prepare(const WorkspaceEntry& entry, const CommandContext& context) {
@@ -127,6 +138,7 @@ class MesherCommand : public Command {
   std::optional<int> max_image_size_;
   ReconstructionStage from_ = ReconstructionStage::kStereo;
   ReconstructionStage to_ = ReconstructionStage::kRefinement;
+  bool report_ = false;
   ReconstructionOptions options_;
 };
 
