@@ -48,6 +48,13 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
             workspace_.NormalMapPath(view.name, TypeOf(kind))};
   }
 
+  void CheckDepthMap(const View& view, DepthMapKind kind) const override {
+    const bool there = fs::exists(workspace_.DepthMapPath(view.name, TypeOf(kind)));
+    if (there && !HasDepthMap(workspace_, view, TypeOf(kind))) {
+      ReadDepthMap(workspace_, view, TypeOf(kind));  // says what is wrong
+    }
+  }
+
   void WriteDepthMap(const View& view, DepthMapKind kind, const DepthMap& map,
                      const std::vector<fs::path>& outputs) const override {
     const fs::path relative =

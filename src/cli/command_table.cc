@@ -6,14 +6,10 @@ namespace lsmvs {
 
 const std::vector<CommandFactory>& CommandTable() {
   static const std::vector<CommandFactory> table = {
-      MakeQuasiDenseMatcher,
-      MakePatchMatchStereoCommand,
-      MakeStereoFusionCommand,
-      MakeVisibilityMesherCommand,
-      MakeMeshRefinerCommand,
-      MakeMeshEvaluator,
-      MakeMeshRenderer,
-      MakeMeshComparer,
+      MakeQuasiDenseMatcher,   MakePatchMatchStereoCommand,
+      MakeStereoFusionCommand, MakeVisibilityMesherCommand,
+      MakeMeshRefinerCommand,  MakeMeshEvaluator,
+      MakeMeshRenderer,        MakeMeshComparer,
   };
   return table;
 }

@@ -59,8 +59,10 @@ void CheckAll(const CommandInfo& info, const OptionSet& options) {
   for (const std::string& name : info.required) {
     if (!options.Find(name)->get().empty()) continue;
     const bool positional = name == info.positional;
-    throw UsageError(positional ? "give the folder of the workspace; see --help"
-                                : fmt::format("--{} is missing; see --help", name));
+    throw UsageError(
+        positional
+            ? fmt::format("--{} is missing: name the folder of the workspace; see --help", name)
+            : fmt::format("--{} is missing; see --help", name));
   }
   std::string error;
   if (!options.Check(&error)) throw UsageError(error);

@@ -42,8 +42,9 @@ std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstructio
     for (Task& task : tasks) task.wanted = task.wanted && wanted;
   }
   if (included(ReconstructionStage::kFusion)) {
-    tasks.push_back(
-        MakeFusionTask(reconstruction, FinalDepthMaps(reconstruction->options), files.CloudFile()));
+    const MapsToFuse maps = tasks.empty() ? MapsToFuse::kPresent : MapsToFuse::kAll;
+    tasks.push_back(MakeFusionTask(reconstruction, FinalDepthMaps(reconstruction->options), maps,
+                                   files.CloudFile()));
   }
   if (included(ReconstructionStage::kSurface)) {
     tasks.push_back(MakeSurfaceTask(reconstruction, files.CloudFile(), files.VisibilityMeshFile()));

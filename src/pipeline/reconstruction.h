@@ -41,8 +41,13 @@ using ReconstructionPtr = std::shared_ptr<const Reconstruction>;
 // depth_min and depth_max.
 std::vector<Task> MakeStereoTasks(const ReconstructionPtr& reconstruction);
 
-// Depth maps of the kind -> cloud with views.
-Task MakeFusionTask(const ReconstructionPtr& reconstruction, DepthMapKind kind,
+enum class MapsToFuse {
+  kAll,      // of every view: earlier tasks make them
+  kPresent,  // those that are there now
+};
+
+// Depth maps of the kind -> cloud with views. Throws InputError if no map is there that should be.
+Task MakeFusionTask(const ReconstructionPtr& reconstruction, DepthMapKind kind, MapsToFuse maps,
                     const std::filesystem::path& cloud);
 
 // Cloud -> visibility-consistent mesh. Throws InputError (when it runs) if the cloud supports no

@@ -41,12 +41,25 @@ void CheckDepthRangeKnown(const Reconstruction& reconstruction) {
                    "--PatchMatchStereo.depth_min and --PatchMatchStereo.depth_max");
 }
 
+// The photometric maps of a view and its neighbours.
+void CheckDepthMaps(const Reconstruction& reconstruction, int view_idx) {
+  const auto check = [&](int i) {
+    reconstruction.files->CheckDepthMap(reconstruction.scene.views[static_cast<size_t>(i)],
+                                        DepthMapKind::kPhotometric);
+  };
+  check(view_idx);
+  for (const Neighbor& n : reconstruction.neighbors[static_cast<size_t>(view_idx)]) {
+    check(n.view_idx);
+  }
+}
+
 TaskCounts RunStereo(const Reconstruction& reconstruction, int view_idx, DepthMapKind kind,
                      const TaskRun& run) {
   CheckDepthRangeKnown(reconstruction);
   const auto view = static_cast<size_t>(view_idx);
   std::unique_ptr<DepthMapSource> maps;
   if (kind == DepthMapKind::kGeometric) {
+    CheckDepthMaps(reconstruction, view_idx);
     maps = reconstruction.files->OpenDepthMaps(reconstruction.scene, DepthMapKind::kPhotometric,
                                                MapBudget(reconstruction));
   }
@@ -96,7 +109,31 @@ void SetCosts(const Reconstruction& reconstruction, std::vector<Task>* tasks) {
   }
 }
 
+bool HasDepthMapFiles(const Reconstruction& reconstruction, const View& view, DepthMapKind kind) {
+  const auto files = reconstruction.files->DepthMapFiles(view, kind);
+  return std::all_of(files.begin(), files.end(),
+                     [](const auto& path) { return std::filesystem::exists(path); });
+}
+
+// Views whose maps are to be fused. Throws InputError if there is none.
+std::vector<int> ViewsToFuse(const Reconstruction& reconstruction, DepthMapKind kind,
+                             MapsToFuse maps) {
+  std::vector<int> views;
+  for (int i = 0; i < reconstruction.scene.num_views(); ++i) {
+    const View& view = reconstruction.scene.views[static_cast<size_t>(i)];
+    if (maps == MapsToFuse::kAll || HasDepthMapFiles(reconstruction, view, kind))
+      views.push_back(i);
+  }
+  if (!views.empty()) return views;
+  const auto wanted = reconstruction.files->DepthMapFiles(reconstruction.scene.views.at(0), kind);
+  throw InputError(wanted[0].string(), "is missing, and so are the maps of all other images",
+                   "run patch_match_stereo first");
+}
+
 TaskCounts RunFusion(const Reconstruction& reconstruction, DepthMapKind kind, const TaskRun& run) {
+  for (const View& view : reconstruction.scene.views) {
+    reconstruction.files->CheckDepthMap(view, kind);
+  }
   const std::unique_ptr<DepthMapSource> maps =
       reconstruction.files->OpenDepthMaps(reconstruction.scene, kind, MapBudget(reconstruction));
   FusionOptions options = reconstruction.options.fusion;
@@ -132,7 +169,7 @@ std::vector<Task> MakeStereoTasks(const ReconstructionPtr& reconstruction) {
   return tasks;
 }
 
-Task MakeFusionTask(const ReconstructionPtr& reconstruction, DepthMapKind kind,
+Task MakeFusionTask(const ReconstructionPtr& reconstruction, DepthMapKind kind, MapsToFuse maps,
                     const std::filesystem::path& cloud) {
   const ReconstructionOptions& options = reconstruction->options;
   Task task;
@@ -143,8 +180,8 @@ Task MakeFusionTask(const ReconstructionPtr& reconstruction, DepthMapKind kind,
                              BoxText(options.bounding_box));
   AddModelInputs(*reconstruction, &task);
   AddAllPhotoInputs(*reconstruction, &task);
-  for (int i = 0; i < reconstruction->scene.num_views(); ++i) {
-    AddDepthMapInputs(*reconstruction, i, kind, &task);
+  for (const int view_idx : ViewsToFuse(*reconstruction, kind, maps)) {
+    AddDepthMapInputs(*reconstruction, view_idx, kind, &task);
   }
   task.outputs = reconstruction->files->CloudFiles(cloud);
   task.foreign_outputs = ForeignOutputs::kUse;

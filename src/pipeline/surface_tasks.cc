@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <optional>
 
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/pipeline/reconstruction.h"
@@ -22,20 +22,26 @@ constexpr double kViewsPerPoint = 4;
 constexpr double kVerticesPerPoint = 0.35;
 constexpr double kFacesPerVertex = 2;
 
-size_t ElementCount(const std::filesystem::path& path, const std::string& element) {
-  const PlyReader reader(path);
-  const PlyElement* found = reader.FindElement(element);
-  return found == nullptr ? 0 : found->count;
+// Nothing if there is no such file or it is not a PLY file: whoever reads it will say so.
+std::optional<size_t> ElementCount(const std::filesystem::path& path, const std::string& element) {
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  try {
+    const PlyReader reader(path);
+    const PlyElement* found = reader.FindElement(element);
+    return found == nullptr ? 0 : found->count;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
 }
 
 // Points of the cloud if it is there, else what is to be expected.
 size_t ExpectedPoints(const Reconstruction& reconstruction, const std::filesystem::path& cloud) {
-  if (std::filesystem::exists(cloud)) return ElementCount(cloud, "vertex");
+  if (const auto count = ElementCount(cloud, "vertex")) return *count;
   return static_cast<size_t>(kPointsPerPixel * NumPixels(reconstruction));
 }
 
 size_t ExpectedFaces(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {
-  if (std::filesystem::exists(mesh)) return ElementCount(mesh, "face");
+  if (const auto count = ElementCount(mesh, "face")) return *count;
   return static_cast<size_t>(
       kFacesPerVertex * kVerticesPerPoint *
       static_cast<double>(ExpectedPoints(reconstruction, reconstruction.files->CloudFile())));

@@ -30,6 +30,8 @@ class WorkspaceFiles {
   // Depth and normal map of a view.
   virtual std::array<std::filesystem::path, 2> DepthMapFiles(const View& view,
                                                              DepthMapKind kind) const = 0;
+  // Throws InputError if the view's maps are there but cut off or malformed.
+  virtual void CheckDepthMap(const View& view, DepthMapKind kind) const = 0;
   virtual void WriteDepthMap(const View& view, DepthMapKind kind, const DepthMap& map,
                              const std::vector<std::filesystem::path>& outputs) const = 0;
   // `scene` outlives the source.

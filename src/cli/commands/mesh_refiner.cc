@@ -12,7 +12,7 @@ class MeshRefinerCommand : public Command {
  public:
   CommandInfo Info() const override {
     return {"mesh_refiner",
-            "mesh + photos -> refined mesh",
+            "Mesh + photos -> refined mesh",
             "Moves the vertices of a mesh until the photos agree through it, and adapts the size "
             "of its triangles to what the photos "
             "resolve. Regions that would get worse keep their input. Any PLY mesh in the "

@@ -27,7 +27,7 @@ class MesherCommand : public Command {
  public:
   CommandInfo Info() const override {
     return {"lsmvs-mesher",
-            "from what `colmap mapper` leaves to a refined mesh, in one command",
+            "From what `colmap mapper` leaves to a refined mesh, in one command",
             "WORKSPACE is a COLMAP project (images/ and sparse/0, sparse/1, ...), whose models are "
             "undistorted by `colmap "
             "image_undistorter` into dense/0, dense/1, ...; or a folder that "
@@ -47,7 +47,7 @@ class MesherCommand : public Command {
             "depend on the number of threads.",
             {"lsmvs-mesher project", "lsmvs-mesher project --quality medium --max_memory 8GB",
              "lsmvs-mesher project/dense/0 --from visibility_mesher "
-             "--VisibilityMeshing.smoothing_iterations 0"},
+             "--VisibilityMeshing.max_proj_dist 1"},
             {"workspace_path"},
             "workspace_path"};
   }

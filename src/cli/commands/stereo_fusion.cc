@@ -15,7 +15,7 @@ class StereoFusionCommand : public Command {
  public:
   CommandInfo Info() const override {
     return {"stereo_fusion",
-            "depth and normal maps -> point cloud with visibility",
+            "Depth and normal maps -> point cloud with visibility",
             "Fuses the depth and normal maps of a dense workspace, ours or COLMAP's, into one "
             "cloud. Writes --output_path in "
             "COLMAP's format (position, normal, colour) and beside it <output_path>.vis, the views "
@@ -49,7 +49,7 @@ class StereoFusionCommand : public Command {
     stage_.Apply(&options_);
     const DenseWorkspace workspace = stage_.Workspace();
     const auto reconstruction = OpenReconstruction(workspace, stage_.mask_path, options_, context);
-    Task task = MakeFusionTask(reconstruction, input_type_, output_path_);
+    Task task = MakeFusionTask(reconstruction, input_type_, MapsToFuse::kPresent, output_path_);
     task.foreign_outputs = ForeignOutputs::kRefuse;
     RenameForOutput(workspace.FusedPath(), &task);
     RunPlanned(workspace, *reconstruction, {task}, stage_.overwrite, context);

@@ -14,7 +14,7 @@ class VisibilityMesherCommand : public Command {
  public:
   CommandInfo Info() const override {
     return {"visibility_mesher",
-            "point cloud with visibility -> mesh",
+            "Point cloud with visibility -> mesh",
             "Makes the surface that agrees with what each view saw, as COLMAP's delaunay_mesher "
             "does: a minimum cut of a Delaunay "
             "tetrahedralisation. Reads fused.ply and fused.ply.vis of a dense workspace (or with "

@@ -1,0 +1,90 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "program_runner.h"
+#include "small_workspace.h"
+
+namespace lsmvs {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Programs, HelpNamesOptionsDefaultsAndExitCodes) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"patch_match_stereo", "-h"},
+        {"stereo_fusion", "--help"},
+        {"visibility_mesher", "-h"},
+        {"mesh_refiner", "-h"}}) {
+    const ProgramResult result = RunProgram("lsmvs", arguments);
+    ExpectSuccess(result);
+    for (const char* text :
+         {"Usage:", "Exit codes:", "--num_threads", "--project_path", "Default:"}) {
+      EXPECT_THAT(result.out, HasSubstr(text)) << arguments.front();
+    }
+  }
+  const ProgramResult mesher = RunProgram("lsmvs-mesher", {"--help"});
+  ExpectSuccess(mesher);
+  EXPECT_THAT(mesher.out, HasSubstr("meshed-refined.ply"));
+  EXPECT_THAT(mesher.out, HasSubstr("--StereoFusion.min_num_pixels"));
+}
+
+TEST(Programs, VersionAndList) {
+  EXPECT_THAT(RunProgram("lsmvs", {"--version"}).out, HasSubstr("lsmvs "));
+  EXPECT_THAT(RunProgram("lsmvs-mesher", {"--version"}).out, HasSubstr("lsmvs "));
+  EXPECT_THAT(RunProgram("lsmvs", {"help"}).out, HasSubstr("stereo_fusion"));
+  EXPECT_EQ(RunProgram("lsmvs", {}).exit_code, 2);
+}
+
+TEST(Programs, WrongOptionsAreRefusedWithAHint) {
+  ExpectError(RunProgram("lsmvs", {"stereo_fusion", "--workspce_path", "x"}), 2,
+              {"--workspce_path", "did you mean --workspace_path?"});
+  ExpectError(RunProgram("lsmvs", {"stereo_fuson"}), 2, {"did you mean 'stereo_fusion'?"});
+  ExpectError(RunProgram("lsmvs", {"stereo_fusion"}), 2, {"--workspace_path is missing"});
+  ExpectError(RunProgram("lsmvs-mesher", {}), 2, {"workspace"});
+  ExpectError(RunProgram("lsmvs-mesher", {"x", "--quality", "best"}), 2,
+              {"low, medium, high, extreme"});
+  ExpectError(RunProgram("lsmvs-mesher", {"x", "--num_threads", "0"}), 2, {"--num_threads"});
+  ExpectError(RunProgram("lsmvs-mesher", {"x", "--max_memory", "much"}), 2, {"--max_memory"});
+  ExpectError(RunProgram("lsmvs-mesher", {"x", "--bounding_box", "0,0,0"}), 2, {"--bounding_box"});
+  ExpectError(RunProgram("lsmvs-mesher", {"x", "--StereoFusion.min_num_pixels", "0"}), 2,
+              {"--StereoFusion.min_num_pixels"});
+  ExpectError(RunProgram("lsmvs-mesher", {"x", "--project_path", "/nowhere.ini"}), 3,
+              {"/nowhere.ini"});
+}
+
+TEST(Programs, IniFileIsUsedAndTheCommandLineWins) {
+  const SmallWorkspace workspace;
+  WriteText(workspace / "x.ini", "to=stereo_fusion\n[StereoFusion]\nmin_num_pixels=100\n");
+  const std::string ini = (workspace / "x.ini").string();
+  // No point is seen by 100 photos.
+  ExpectError(RunProgram("lsmvs-mesher", {workspace.text(), "--project_path", ini}), 3,
+              {"fused.ply"});
+  ExpectSuccess(RunProgram("lsmvs-mesher", {workspace.text(), "--project_path", ini,
+                                            "--StereoFusion.min_num_pixels", "2"}));
+  EXPECT_FALSE(std::filesystem::exists(workspace / "meshed-visibility.ply"));
+}
+
+TEST(Programs, PlanIsPrintedBeforeAndResultsAfter) {
+  const SmallWorkspace workspace;
+  const ProgramResult result = RunProgram("lsmvs-mesher", {workspace.text()});
+  ExpectSuccess(result);
+  for (const char* text : {"5 views", "megapixels", "patch_match_stereo", "mesh_refiner", "MB",
+                           "results", "meshed-refined.ply", "written"}) {
+    EXPECT_THAT(result.out, HasSubstr(text));
+  }
+  EXPECT_THAT(result.err, HasSubstr("stereo_fusion: done in"));
+}
+
+TEST(Programs, BoundingBoxKeepsWhatIsInside) {
+  const SmallWorkspace workspace;
+  ExpectSuccess(RunProgram("lsmvs-mesher", {workspace.text(), "--to", "stereo_fusion"}));
+  const auto whole = std::filesystem::file_size(workspace / "fused.ply");
+  ExpectSuccess(RunProgram("lsmvs-mesher", {workspace.text(), "--to", "stereo_fusion",
+                                            "--bounding_box", "-100,-100,-100,0,100,100"}));
+  const auto half = std::filesystem::file_size(workspace / "fused.ply");
+  EXPECT_LT(half, whole * 3 / 4);
+  EXPECT_GT(half, whole / 4);
+}
+
+}  // namespace
+}  // namespace lsmvs

@@ -1,0 +1,164 @@
+#include "lsmvs/pipeline/reconstruction.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "lsmvs/synthetic/synthetic_scene.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+// Names files below /w; reads and writes none.
+class NamedFiles : public WorkspaceFiles {
+ public:
+  std::vector<fs::path> ModelFiles() const override { return {"/w/cameras", "/w/images"}; }
+  fs::path PointsFile() const override { return "/w/points3D"; }
+  std::array<fs::path, 2> DepthMapFiles(const View& view, DepthMapKind kind) const override {
+    const std::string end = kind == DepthMapKind::kPhotometric ? ".photometric" : ".geometric";
+    return {"/w/depth/" + view.name + end, "/w/normal/" + view.name + end};
+  }
+  void CheckDepthMap(const View&, DepthMapKind) const override {}
+  void WriteDepthMap(const View&, DepthMapKind, const DepthMap&,
+                     const std::vector<fs::path>&) const override {}
+  std::unique_ptr<DepthMapSource> OpenDepthMaps(const Scene&, DepthMapKind, size_t) const override {
+    return nullptr;
+  }
+  fs::path CloudFile() const override { return "/w/fused.ply"; }
+  std::vector<fs::path> CloudFiles(const fs::path& cloud) const override {
+    return {cloud, cloud.string() + ".vis"};
+  }
+  VisibilityCloud ReadCloud(const fs::path&, const Scene&) const override { return {}; }
+  void WriteCloud(const VisibilityCloud&, const Scene&,
+                  const std::vector<fs::path>&) const override {}
+  fs::path VisibilityMeshFile() const override { return "/w/visibility.ply"; }
+  fs::path RefinedMeshFile() const override { return "/w/refined.ply"; }
+};
+
+constexpr int kNumViews = 4;
+
+ReconstructionPtr Make(const ReconstructionOptions& options = {},
+                       size_t memory_budget_bytes = size_t{1} << 30) {
+  return MakeReconstruction(MakeScene(ShapeName::kSphere, kNumViews, 64, 48).scene,
+                            std::make_shared<NamedFiles>(), options, memory_budget_bytes);
+}
+
+std::vector<Task> AllTasks(const ReconstructionPtr& reconstruction) {
+  return MakeReconstructionTasks(reconstruction, ReconstructionStage::kStereo,
+                                 ReconstructionStage::kRefinement);
+}
+
+std::vector<std::string> Options(const std::vector<Task>& tasks) {
+  std::vector<std::string> options;
+  for (const Task& task : tasks) options.push_back(task.stage + ": " + task.options);
+  return options;
+}
+
+TEST(ReconstructionTasks, InputsComeFromPhotosModelAndEarlierTasks) {
+  const std::vector<Task> tasks = AllTasks(Make());
+  ASSERT_EQ(tasks.size(), 2 * kNumViews + 3u);
+  std::set<std::string> made, names;
+  for (const Task& task : tasks) {
+    EXPECT_TRUE(names.insert(task.name).second) << task.name;
+    for (const fs::path& input : task.inputs) {
+      if (input.string().starts_with("/w/") && input != "/w/cameras" && input != "/w/images") {
+        EXPECT_TRUE(made.contains(input)) << task.name << " reads " << input;
+      }
+    }
+    for (const fs::path& output : task.outputs) {
+      EXPECT_TRUE(made.insert(output).second) << output;
+    }
+  }
+}
+
+TEST(ReconstructionTasks, OnlyWhatIsAskedForIsWanted) {
+  for (const Task& task : AllTasks(Make())) EXPECT_EQ(task.wanted, task.stage != kStereoStage);
+  const std::vector<Task> stereo =
+      MakeReconstructionTasks(Make(), ReconstructionStage::kStereo, ReconstructionStage::kStereo);
+  ASSERT_EQ(stereo.size(), 2u * kNumViews);
+  for (int i = 0; i < kNumViews; ++i) {
+    EXPECT_FALSE(stereo[i].wanted);
+    EXPECT_TRUE(stereo[kNumViews + i].wanted);
+  }
+}
+
+TEST(ReconstructionTasks, WithoutTheGeometricPassFusionTakesPhotometricMaps) {
+  ReconstructionOptions options;
+  options.patch_match.geom_consistency = false;
+  const std::vector<Task> tasks = AllTasks(Make(options));
+  ASSERT_EQ(tasks.size(), kNumViews + 3u);
+  const auto& inputs = tasks[kNumViews].inputs;
+  EXPECT_THAT(inputs.back().string(), HasSubstr(".photometric"));
+}
+
+TEST(ReconstructionTasks, OptionsThatChangeResultsAreOnRecordAndOthersAreNot) {
+  const std::vector<std::string> base = Options(AllTasks(Make()));
+  EXPECT_EQ(Options(AllTasks(Make({}, size_t{1} << 33))), base);
+  ReconstructionOptions options;
+  options.seed = 5;
+  EXPECT_NE(Options(AllTasks(Make(options))), base);
+  options = {};
+  options.surface.smoothing_iterations += 1;
+  const std::vector<std::string> changed = Options(AllTasks(Make(options)));
+  for (size_t i = 0; i < base.size(); ++i) {
+    EXPECT_EQ(base[i] != changed[i], base[i].starts_with(kSurfaceStage)) << base[i];
+  }
+}
+
+TEST(ReconstructionTasks, StereoWithoutPointsSaysWhatIsMissing) {
+  Scene scene = MakeScene(ShapeName::kSphere, kNumViews, 64, 48).scene;
+  scene.points.clear();
+  const auto reconstruction =
+      MakeReconstruction(scene, std::make_shared<NamedFiles>(), {}, size_t{1} << 30);
+  const std::vector<Task> tasks = MakeStereoTasks(reconstruction);
+  const RunContext context(1);
+  const std::vector<fs::path> outputs = {"/nowhere/a", "/nowhere/b"};
+  try {
+    tasks.front().run({context, outputs});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/w/points3D"));
+    EXPECT_THAT(error.what(), HasSubstr("depth_min"));
+  }
+}
+
+TEST(ReconstructionOptions, DefaultsAreValidAndBadOnesAreRefused) {
+  ReconstructionOptions options;
+  std::string error;
+  EXPECT_TRUE(options.Check(&error)) << error;
+  options.fusion.min_num_pixels = 0;
+  EXPECT_THROW(Make(options), UsageError);
+}
+
+TEST(Quality, SetsSizesAndIterations) {
+  ReconstructionOptions low, high;
+  ApplyQuality(Quality::kLow, &low);
+  ApplyQuality(Quality::kHigh, &high);
+  EXPECT_EQ(low.max_image_size, 1000);
+  EXPECT_EQ(high.max_image_size, 2400);
+  EXPECT_LT(low.patch_match.num_iterations, high.patch_match.num_iterations);
+  EXPECT_LT(low.refinement.max_num_iterations, high.refinement.max_num_iterations);
+  EXPECT_EQ(high.patch_match.num_iterations, PatchMatchOptions().num_iterations);
+  ReconstructionOptions extreme;
+  ApplyQuality(Quality::kExtreme, &extreme);
+  EXPECT_EQ(extreme.max_image_size, 0);
+}
+
+TEST(Box, ParsesSixNumbers) {
+  const Eigen::AlignedBox3d box = ParseBox("b", "-1,0 0,1, 2,3.5");
+  EXPECT_EQ(box.min(), Eigen::Vector3d(-1, 0, 0));
+  EXPECT_EQ(box.max(), Eigen::Vector3d(1, 2, 3.5));
+  EXPECT_TRUE(ParseBox("b", "").isEmpty());
+  for (const char* bad :
+       {"1", "1,2,3,4,5", "0,0,0,1,1,1,1", "1,0,0,0,1,1", "a,b,c,d,e,f", "0,0,0,1,1,nan"}) {
+    EXPECT_THROW(ParseBox("b", bad), UsageError) << bad;
+  }
+}
+
+}  // namespace
+}  // namespace lsmvs
