@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
+#include "lsmvs/colmap_adapter/colmap_runner.h"
 #include "program_runner.h"
 #include "small_workspace.h"
 
@@ -73,6 +76,28 @@ TEST(Programs, PlanIsPrintedBeforeAndResultsAfter) {
     EXPECT_THAT(result.out, HasSubstr(text));
   }
   EXPECT_THAT(result.err, HasSubstr("stereo_fusion: done in"));
+}
+
+// What `colmap mapper` leaves: the photos are undistorted first, by colmap itself.
+TEST(Programs, AProjectFolderIsUndistortedFirst) {
+  if (!ColmapRunner().available()) GTEST_SKIP() << "colmap is not installed";
+  const SmallWorkspace workspace;
+  std::filesystem::remove_all(workspace / "stereo");
+  std::filesystem::rename(workspace / "sparse", workspace / "model");
+  std::filesystem::create_directory(workspace / "sparse");
+  std::filesystem::rename(workspace / "model", workspace / "sparse/0");
+  ExpectSuccess(RunProgram("lsmvs-mesher", {workspace.text()}));
+  EXPECT_TRUE(std::filesystem::exists(workspace / "dense/0/meshed-refined.ply"));
+  EXPECT_THAT(RunProgram("lsmvs-mesher", {workspace.text()}).out,
+              HasSubstr("everything is up to date"));
+}
+
+TEST(Programs, AProjectWithoutColmapSaysSo) {
+  const SmallWorkspace workspace;
+  std::filesystem::remove_all(workspace / "stereo");
+  ProgramOptions options;
+  options.before_exec = [] { ::setenv("COLMAP", "/nowhere/colmap", 1); };
+  ExpectError(RunProgram("lsmvs-mesher", {workspace.text()}, options), 7, {"colmap"});
 }
 
 TEST(Programs, BoundingBoxKeepsWhatIsInside) {
