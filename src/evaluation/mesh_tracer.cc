@@ -162,8 +162,8 @@ size_t MeshTracer::num_faces() const { return state_->triangles.size(); }
 size_t MeshTracer::num_left_out() const { return state_->num_left_out; }
 
 std::optional<MeshHit> MeshTracer::Cast(const Eigen::Vector3d& origin,
-                                       const Eigen::Vector3d& direction, double begin,
-                                       double end) const {
+                                        const Eigen::Vector3d& direction, double begin,
+                                        double end) const {
   RTCRayHit query;
   FillRay(origin - state_->center, direction, begin, end, &query.ray);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;

@@ -46,8 +46,8 @@ class MeshTracer {
   // `direction` need not be of unit length. Hits nearer than `begin` or farther than `end` (in
   // lengths of the direction) do not count.
   std::optional<MeshHit> Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
-                             double begin = 0,
-                             double end = std::numeric_limits<double>::infinity()) const;
+                              double begin = 0,
+                              double end = std::numeric_limits<double>::infinity()) const;
   // Whether anything lies on the ray between `begin` and `end`; faster than Cast.
   bool Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double begin,
                 double end) const;

@@ -70,9 +70,9 @@ class PlyReader {
 // What to do with vertices whose coordinates are NaN or infinite.
 enum class NotFinite { kRefuse, kKeep };
 
-// Reads a triangle mesh; polygons become fans, vertex colours and normals are taken if there. A file without faces gives a
-// mesh without faces. `world_offset` is subtracted from every vertex. Throws InputError (also for indices out of range and,
-// with kRefuse, for NaN coordinates).
+// Reads a triangle mesh; polygons become fans, vertex colours and normals are taken if there. A
+// file without faces gives a mesh without faces. `world_offset` is subtracted from every vertex.
+// Throws InputError (also for indices out of range and, with kRefuse, for NaN coordinates).
 TriangleMesh ReadMeshPly(const std::filesystem::path& path,
                          const Eigen::Vector3d& world_offset = Eigen::Vector3d::Zero(),
                          NotFinite not_finite = NotFinite::kRefuse);

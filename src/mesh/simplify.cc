@@ -17,7 +17,7 @@ namespace {
 
 constexpr size_t kThinningFactor = 16;
 constexpr double kBorderWeight = 20;
-constexpr double kMinFlatness = 1e-3;  // twice the area of a face over its longest edge squared
+constexpr double kMinFlatness = 1e-3;     // twice the area of a face over its longest edge squared
 constexpr double kMinNormalCosine = 0.2;  // between a face's normals before and after a collapse
 
 // x^T A x + 2 b^T x + c: the weighted sum of squared distances to planes.
@@ -305,8 +305,7 @@ class Collapser {
                             &last = s_.vertices[face[(k + 2) % 3]];
       const Eigen::Vector3d before = (next - s_.vertices[v]).cross(last - s_.vertices[v]);
       const Eigen::Vector3d after = (next - place).cross(last - place);
-      const double longest =
-          std::max((next - place).squaredNorm(), (last - place).squaredNorm());
+      const double longest = std::max((next - place).squaredNorm(), (last - place).squaredNorm());
       if (after.norm() < kMinFlatness * longest) return true;
       if (before.dot(after) < kMinNormalCosine * before.norm() * after.norm()) return true;
     }

@@ -17,10 +17,10 @@ struct SimplifiedMesh {
 // like the input: for display, not for measuring. Edges are collapsed in the order of their quadric
 // error (Garland and Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH
 // 1997), borders are held by planes across them, and no collapse turns a face over or makes an edge
-// non-manifold that was not. Inputs of more than 16 times as many faces are first thinned on a grid.
-// Any input will do: non-manifold, with faces that are degenerate or not finite (they are dropped).
-// Already small meshes only lose those and unused vertices. Deterministic. O(F log F), about 600
-// bytes a face of what is collapsed.
+// non-manifold that was not. Inputs of more than 16 times as many faces are first thinned on a
+// grid. Any input will do: non-manifold, with faces that are degenerate or not finite (they are
+// dropped). Already small meshes only lose those and unused vertices. Deterministic. O(F log F),
+// about 600 bytes a face of what is collapsed.
 SimplifiedMesh SimplifyMesh(const TriangleMesh& mesh, size_t max_faces, const RunContext& context);
 
 }  // namespace lsmvs

@@ -18,7 +18,9 @@ PhotoEnergyOptions MakePhotoEnergyOptions(const MeshRefinerOptions& options, int
                                           const RunContext& context);
 
 // Moves the vertices of `mesh` along their normals at one pyramid level until the regions have
-// converged. The topology stays. `regions` and `pairs` belong to this mesh and level. `input` (#V) is where the vertices came from: a weak spring ties them to it, so that they stay where neither photos nor smoothness say otherwise.
+// converged. The topology stays. `regions` and `pairs` belong to this mesh and level. `input` (#V)
+// is where the vertices came from: a weak spring ties them to it, so that they stay where neither
+// photos nor smoothness say otherwise.
 RefinementLevelSummary OptimizeLevel(const ImageStore& images, const std::vector<LevelView>& views,
                                      const FaceRegions& regions, const FacePairs& pairs,
                                      const std::vector<Eigen::Vector3d>& input,

@@ -43,8 +43,9 @@ struct MeshRefinerOptions {
   // Weight of the membrane (length in pixels) relative to the thin plate. Raising it shrinks thin
   // parts.
   double membrane = 0.0;
-  // Weight of the square of a vertex' way from its input (pixels, per square pixel of surface). It holds what neither photos
-  // nor thin plate determine, such as untextured walls; raising it keeps more of the input's noise.
+  // Weight of the square of a vertex' way from its input (pixels, per square pixel of surface). It
+  // holds what neither photos nor thin plate determine, such as untextured walls; raising it keeps
+  // more of the input's noise.
   double anchor = 0.001;
   LaplacianWeights laplacian = LaplacianWeights::kUniform;
   // Standard deviation in grey levels that is added to that of every window: windows flatter than

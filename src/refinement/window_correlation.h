@@ -15,8 +15,8 @@ struct CorrelationTile {
   std::vector<float> valid;      // 1 where both views see the surface, else 0
   std::vector<float> weight;     // of the window centred here; 0: not judged
   // Outputs.
-  std::vector<float> error;  // mass * robust (1 - ZNCC)
-  std::vector<float> mass;   // weight * texture; 0 where the window has too few valid pixels
+  std::vector<float> error;       // mass * robust (1 - ZNCC)
+  std::vector<float> mass;        // weight * texture; 0 where the window has too few valid pixels
   std::vector<float> derivative;  // of the sum of all errors with respect to `warped`
   std::vector<float> curvature;   // diagonal of its Gauss-Newton matrix, >= 0
 
@@ -25,9 +25,10 @@ struct CorrelationTile {
 };
 
 struct CorrelationOptions {
-  int radius = 3;                   // windows are squares of 2 * radius + 1 pixels
-  float noise_variance = 4;         // added to the variance of both windows
-  // Errors h = 1 - ZNCC count as h s / (h + s): what disagrees altogether (highlights, shadows, what an edge hides) hardly pulls.
+  int radius = 3;            // windows are squares of 2 * radius + 1 pixels
+  float noise_variance = 4;  // added to the variance of both windows
+  // Errors h = 1 - ZNCC count as h s / (h + s): what disagrees altogether (highlights, shadows,
+  // what an edge hides) hardly pulls.
   float robust_scale = 0.5f;
   float min_valid_fraction = 0.5f;  // of a full window's pixels, else the window is not judged
 };
@@ -40,8 +41,8 @@ struct CorrelationScratch {
 // Zero-mean normalised cross-correlation of every window of a tile with its derivative:
 //   ZNCC = cov(a, b) / sqrt((var a + noise) (var b + noise)),
 // statistics over the valid pixels of the window only. Windows reach to the border of the tile;
-// pixels beyond count as not valid. A window counts by its texture, var a / (var a + 4 noise). With h = 1 - ZNCC of the window around x and n its valid
-// pixels,
+// pixels beyond count as not valid. A window counts by its texture, var a / (var a + 4 noise). With
+// h = 1 - ZNCC of the window around x and n its valid pixels,
 //   dh/db(y) = -((a(y) - mean a) / (n sqrt(..)) - ZNCC (b(y) - mean b) / (n (var b + noise))),
 // whose sum over the windows that hold y is three box filters. Errors and derivatives are exact for
 // windows inside the tile. About 2 (2 radius + 1) * 10 additions a pixel, vectorised over columns

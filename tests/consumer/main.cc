@@ -1,4 +1,5 @@
-// Writes a tetrahedron with the installed library, reads it back and checks it: what a user's first program would do.
+// Writes a tetrahedron with the installed library, reads it back and checks it: what a user's first
+// program would do.
 #include <cstdio>
 
 #include "lsmvs/mesh/inspect.h"
