@@ -22,6 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
+using testing::Not;
 
 struct Outcome {
   int code;
@@ -159,7 +160,12 @@ TEST_F(EvaluationCommands, ComparerWritesPageFiguresAndPictures) {
   EXPECT_EQ(ReadColors(report / "meshed-refined.png").width, 64);
   EXPECT_TRUE(fs::exists(report / "other-errors.png"));
   if (!HasReportPage()) return;
-  EXPECT_THAT(Content(report / "index.html"), HasSubstr("id=\"mesh-1\""));
+  const std::string page = Content(report / "index.html");
+  EXPECT_THAT(page, HasSubstr("id=\"mesh-1\""));
+  // Neither file has colours; both are shown in those of the photos.
+  EXPECT_THAT(page, HasSubstr("other.ply has no colours"));
+  EXPECT_THAT(page, HasSubstr("\"colors\":true"));
+  EXPECT_THAT(page, Not(HasSubstr("\"colors\":false")));
 }
 
 // A stand-in for the executable: its Poisson mesher copies the truth, its Delaunay mesher fails, a

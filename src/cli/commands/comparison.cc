@@ -19,6 +19,7 @@
 #include "lsmvs/image/image_codec.h"
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/mesh/simplify.h"
+#include "lsmvs/refinement/vertex_colors.h"
 #include "lsmvs/report/report.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/error.h"
@@ -194,12 +195,21 @@ class Comparison {
         tracer, mesh, scene_, *images_, FindViews(scene_, options_.view_names),
         evaluator_ == nullptr, options_.photo, run.Part(0.3, 0.6));
     const SimplifiedMesh simplified =
-        SimplifyMesh(mesh, static_cast<size_t>(options_.max_num_faces), run.Part(0.6, 0.8));
+        SimplifyMesh(mesh, static_cast<size_t>(options_.max_num_faces), run.Part(0.6, 0.75));
     entry->errors = Errors(simplified, *entry);
     entry->figures.photometric->vertex_zncc = {};
     entry->shown = simplified.mesh;
+    if (entry->shown.vertex_colors.empty()) ColorFromPhotos(run.Part(0.75, 0.8), entry);
     entry->picture = FileStem(candidate) + ".png";
     WritePictures(mesh, tracer, *entry);
+  }
+
+  // COLMAP's Delaunay mesher writes no colours; the page shows all meshes alike.
+  void ColorFromPhotos(const RunContext& run, ReportMesh* entry) {
+    VertexColorOptions coloring;
+    coloring.level = 1;
+    entry->shown.vertex_colors = ColorVertices(scene_, *images_, entry->shown, coloring, run);
+    report_.notes.push_back(entry->file + " has no colours; the page takes them from the photos.");
   }
 
   // In [0, 1], a vertex of the simplified mesh each.
