@@ -7,6 +7,7 @@
 
 #include "lsmvs/colmap_adapter/depth_map_io.h"
 #include "lsmvs/colmap_adapter/fused_cloud.h"
+#include "lsmvs/colmap_adapter/scene_keypoints.h"
 
 namespace lsmvs {
 
@@ -27,7 +28,8 @@ fs::path FolderOf(const fs::path& path, const fs::path& relative) {
 
 class ColmapWorkspaceFiles : public WorkspaceFiles {
  public:
-  explicit ColmapWorkspaceFiles(const DenseWorkspace& workspace) : workspace_(workspace) {}
+  ColmapWorkspaceFiles(const DenseWorkspace& workspace, const fs::path& database)
+      : workspace_(workspace), database_(database) {}
 
   std::vector<fs::path> ModelFiles() const override {
     const fs::path folder = workspace_.SparseFolder();
@@ -85,6 +87,13 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
     WriteFusedCloud(outputs.at(0), cloud, scene);
   }
 
+  fs::path KeypointFile() const override { return database_; }
+
+  std::vector<std::vector<Eigen::Vector2f>> ReadKeypoints(const Scene& scene) const override {
+    if (database_.empty()) return {};
+    return ReadSceneKeypoints(database_, scene);
+  }
+
   fs::path VisibilityMeshFile() const override { return workspace_.VisibilityMeshPath(); }
   fs::path RefinedMeshFile() const override { return workspace_.RefinedMeshPath(); }
 
@@ -96,12 +105,14 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
   }
 
   DenseWorkspace workspace_;
+  fs::path database_;
 };
 
 }  // namespace
 
-std::shared_ptr<const WorkspaceFiles> MakeColmapWorkspaceFiles(const DenseWorkspace& workspace) {
-  return std::make_shared<ColmapWorkspaceFiles>(workspace);
+std::shared_ptr<const WorkspaceFiles> MakeColmapWorkspaceFiles(const DenseWorkspace& workspace,
+                                                               const fs::path& database) {
+  return std::make_shared<ColmapWorkspaceFiles>(workspace, database);
 }
 
 }  // namespace lsmvs

@@ -8,7 +8,9 @@
 
 namespace lsmvs {
 
-// The files of a dense workspace in COLMAP's formats, for the pipeline.
-std::shared_ptr<const WorkspaceFiles> MakeColmapWorkspaceFiles(const DenseWorkspace& workspace);
+// The files of a dense workspace in COLMAP's formats, for the pipeline. `database` holds features
+// that may join interest points; empty: none.
+std::shared_ptr<const WorkspaceFiles> MakeColmapWorkspaceFiles(
+    const DenseWorkspace& workspace, const std::filesystem::path& database);
 
 }  // namespace lsmvs

@@ -63,15 +63,15 @@ void Print(const std::string& text) {
 
 }  // namespace
 
-ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace,
-                                     const std::string& mask_folder,
+ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const StageOptions& stage,
                                      const ReconstructionOptions& options,
                                      const CommandContext& context) {
   LoadSceneOptions load;
-  load.mask_folder = mask_folder;
+  load.mask_folder = stage.mask_path;
   ReconstructionOptions seeded = options;
   seeded.seed = context.run.seed;
-  return MakeReconstruction(LoadScene(workspace, load), MakeColmapWorkspaceFiles(workspace), seeded,
+  return MakeReconstruction(LoadScene(workspace, load),
+                            MakeColmapWorkspaceFiles(workspace, stage.Database(workspace)), seeded,
                             context.run.memory_budget_bytes);
 }
 

@@ -1,19 +1,19 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "lsmvs/cli/command.h"
 #include "lsmvs/cli/plan_text.h"
+#include "lsmvs/cli/stage_options.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/execution/task.h"
 #include "lsmvs/pipeline/reconstruction.h"
 
 namespace lsmvs {
 
-// Loads the workspace's scene and sets up what its tasks share. `mask_folder` may be empty.
-ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace,
-                                     const std::string& mask_folder,
+// Loads the workspace's scene and sets up what its tasks share. Of `stage` the masks and the
+// database are used.
+ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const StageOptions& stage,
                                      const ReconstructionOptions& options,
                                      const CommandContext& context);
 

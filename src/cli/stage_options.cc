@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "lsmvs/colmap_adapter/scene_keypoints.h"
+
 namespace lsmvs {
 
 namespace fs = std::filesystem;
@@ -19,6 +21,13 @@ void StageOptions::DescribeMaskPath(OptionSet* options) {
                "Folder with masks: of image a/b.jpg it is a/b.jpg.png; black pixels are not used. "
                "Images without a mask "
                "are used whole.");
+}
+
+void StageOptions::DescribeDatabasePath(OptionSet* options) {
+  options->Add("database_path", &database_path,
+               "COLMAP's database whose features join the interest points of quasi-dense matching "
+               "where they are those of these photos; without it the database.db of the workspace "
+               "or of its project, if it is there; none: not used.");
 }
 
 void StageOptions::DescribeBoundingBox(OptionSet* options) {
@@ -46,6 +55,11 @@ void StageOptions::DescribeOverwrite(OptionSet* options) {
 void StageOptions::Apply(ReconstructionOptions* options) const {
   options->max_image_size = std::max(0, max_image_size);
   options->bounding_box = ParseBox("bounding_box", bounding_box);
+}
+
+fs::path StageOptions::Database(const DenseWorkspace& workspace) const {
+  if (database_path == "none") return {};
+  return database_path.empty() ? FindDatabase(workspace) : fs::path(database_path);
 }
 
 void RenameForOutput(const fs::path& usual_output, Task* task) {

@@ -18,12 +18,14 @@ struct StageOptions {
   std::string workspace_path;
   DenseFormat format = DenseFormat::kColmap;
   std::string mask_path;
+  std::string database_path;
   std::string bounding_box;
   int max_image_size = -1;  // as COLMAP's: -1 or 0 is the full size
   bool overwrite = false;
 
   void DescribeWorkspace(OptionSet* options);
   void DescribeMaskPath(OptionSet* options);
+  void DescribeDatabasePath(OptionSet* options);
   void DescribeBoundingBox(OptionSet* options);
   // `name`: COLMAP's, with the stage's group.
   void DescribeMaxImageSize(const std::string& name, OptionSet* options);
@@ -31,6 +33,8 @@ struct StageOptions {
 
   // Puts what concerns all stages into their options.
   void Apply(ReconstructionOptions* options) const;
+  // The database whose features may join the interest points of the workspace; empty if none.
+  std::filesystem::path Database(const DenseWorkspace& workspace) const;
   DenseWorkspace Workspace() const { return DenseWorkspace{workspace_path}; }
 };
 

@@ -69,6 +69,11 @@ std::string FileTable::RecordedHash(const std::filesystem::path& path) const {
   return found == entries_.end() ? std::string() : found->second.hash;
 }
 
+std::string FileTable::RecordedMaker(const std::filesystem::path& path) const {
+  const auto found = entries_.find(Key(path));
+  return found == entries_.end() ? std::string() : found->second.made_by;
+}
+
 void FileTable::SetMade(const std::string& key, const std::string& hash, const FileStamp& stamp,
                         const std::string& task) {
   entries_[key] = {stamp, hash, task};

@@ -42,6 +42,8 @@ class FileTable {
   std::string MadeBy(const std::filesystem::path& path);
   // Hash on record, of a file that may be gone; empty if none is.
   std::string RecordedHash(const std::filesystem::path& path) const;
+  // The task of ours on record as maker of a file that may be gone; empty if none is.
+  std::string RecordedMaker(const std::filesystem::path& path) const;
 
   // Records that `task` made the file, which has this hash and stamp.
   void SetMade(const std::string& key, const std::string& hash, const FileStamp& stamp,

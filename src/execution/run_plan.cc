@@ -88,12 +88,13 @@ class Planner {
     const std::optional<std::string> inputs = ForeseenInputsHash(task);
     if (!inputs) return "its input is made anew";
     if (record.inputs_hash != *inputs) return "input changed";
-    return AllOutputsKnown(task) ? "" : "its result is not on record";
+    return MadeAllOutputs(task) ? "" : "its result was replaced";
   }
 
-  bool AllOutputsKnown(const Task& task) {
+  // Another task may have written the same files since: its bytes are then the ones on record.
+  bool MadeAllOutputs(const Task& task) {
     return std::all_of(task.outputs.begin(), task.outputs.end(), [&](const fs::path& output) {
-      return !store_.files().RecordedHash(output).empty();
+      return store_.files().RecordedMaker(output) == task.name;
     });
   }
 

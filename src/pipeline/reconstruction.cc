@@ -32,16 +32,21 @@ std::shared_ptr<const Reconstruction> MakeReconstruction(
 
 std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstruction,
                                           ReconstructionStage from, ReconstructionStage to) {
+  CheckStages(reconstruction->options.point_source, from, to);
   const WorkspaceFiles& files = *reconstruction->files;
+  const bool quasi_dense = reconstruction->options.point_source == PointSource::kQuasiDense;
   const auto included = [&](ReconstructionStage stage) { return from <= stage && stage <= to; };
   std::vector<Task> tasks;
-  if (included(ReconstructionStage::kStereo)) {
+  if (quasi_dense && included(ReconstructionStage::kQuasiDense)) {
+    tasks.push_back(MakeQuasiDenseTask(reconstruction, files.CloudFile()));
+  }
+  if (!quasi_dense && included(ReconstructionStage::kStereo)) {
     tasks = MakeStereoTasks(reconstruction);
     // Depth maps serve fusion: with a fused.ply that is used as it is, nobody asks for them.
     const bool wanted = to == ReconstructionStage::kStereo;
     for (Task& task : tasks) task.wanted = task.wanted && wanted;
   }
-  if (included(ReconstructionStage::kFusion)) {
+  if (!quasi_dense && included(ReconstructionStage::kFusion)) {
     const MapsToFuse maps = tasks.empty() ? MapsToFuse::kPresent : MapsToFuse::kAll;
     tasks.push_back(MakeFusionTask(reconstruction, FinalDepthMaps(reconstruction->options), maps,
                                    files.CloudFile()));

@@ -50,6 +50,10 @@ enum class MapsToFuse {
 Task MakeFusionTask(const ReconstructionPtr& reconstruction, DepthMapKind kind, MapsToFuse maps,
                     const std::filesystem::path& cloud);
 
+// Photos -> cloud with views, by interest points.
+Task MakeQuasiDenseTask(const ReconstructionPtr& reconstruction,
+                        const std::filesystem::path& cloud);
+
 // Cloud -> visibility-consistent mesh. Throws InputError (when it runs) if the cloud supports no
 // surface.
 Task MakeSurfaceTask(const ReconstructionPtr& reconstruction, const std::filesystem::path& cloud,
@@ -63,8 +67,8 @@ Task MakeRefinementTask(const ReconstructionPtr& reconstruction,
                         const std::filesystem::path& input_mesh,
                         const std::filesystem::path& output_mesh);
 
-// All stages from `from` to `to` on the workspace's own files. What stages before `from` make must
-// be there.
+// The stages of the options' point source from `from` to `to`, on the workspace's own files. What
+// stages before `from` make must be there. Throws what CheckStages throws.
 std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstruction,
                                           ReconstructionStage from, ReconstructionStage to);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <filesystem>
 #include <memory>
@@ -47,6 +48,12 @@ class WorkspaceFiles {
                                     const Scene& scene) const = 0;
   virtual void WriteCloud(const VisibilityCloud& cloud, const Scene& scene,
                           const std::vector<std::filesystem::path>& outputs) const = 0;
+
+  // The file that holds features of the photos that may join the interest points; empty if none.
+  virtual std::filesystem::path KeypointFile() const = 0;
+  // Their image coordinates, one list a view; none if there is no such file or it is about other
+  // photos.
+  virtual std::vector<std::vector<Eigen::Vector2f>> ReadKeypoints(const Scene& scene) const = 0;
 
   // The workspace's meshes.
   virtual std::filesystem::path VisibilityMeshFile() const = 0;

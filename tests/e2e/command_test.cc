@@ -16,6 +16,7 @@ TEST(Programs, HelpNamesOptionsDefaultsAndExitCodes) {
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"patch_match_stereo", "-h"},
         {"stereo_fusion", "--help"},
+        {"quasi_dense_matcher", "-h"},
         {"visibility_mesher", "-h"},
         {"mesh_refiner", "-h"}}) {
     const ProgramResult result = RunProgram("lsmvs", arguments);
@@ -98,17 +99,6 @@ TEST(Programs, AProjectWithoutColmapSaysSo) {
   ProgramOptions options;
   options.before_exec = [] { ::setenv("COLMAP", "/nowhere/colmap", 1); };
   ExpectError(RunProgram("lsmvs-mesher", {workspace.text()}, options), 7, {"colmap"});
-}
-
-TEST(Programs, BoundingBoxKeepsWhatIsInside) {
-  const SmallWorkspace workspace;
-  ExpectSuccess(RunProgram("lsmvs-mesher", {workspace.text(), "--to", "stereo_fusion"}));
-  const auto whole = std::filesystem::file_size(workspace / "fused.ply");
-  ExpectSuccess(RunProgram("lsmvs-mesher", {workspace.text(), "--to", "stereo_fusion",
-                                            "--bounding_box", "-100,-100,-100,0,100,100"}));
-  const auto half = std::filesystem::file_size(workspace / "fused.ply");
-  EXPECT_LT(half, whole * 3 / 4);
-  EXPECT_GT(half, whole / 4);
 }
 
 }  // namespace

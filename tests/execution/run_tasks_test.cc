@@ -111,6 +111,21 @@ TEST_F(Chain, ChangedResultOfOursCountsAsForeign) {
   EXPECT_EQ(Result(), "c(edited)#0");
 }
 
+TEST_F(Chain, AnotherTaskOfTheSameResultReplacesItAndBack) {
+  Run();
+  std::vector<Task> other = Tasks();
+  other[1] = TextTask("other", {root() / "photo"}, {root() / "b"}, &calls_[1]);
+  EXPECT_THAT(Run(other), ElementsAre(0, 1, 1));
+  EXPECT_EQ(Result(), "c(other(light)#0)#0");
+  EXPECT_THAT(Run(other), ElementsAre(0, 0, 0));
+  EXPECT_THAT(Run(), ElementsAre(0, 1, 1));
+  EXPECT_EQ(Result(), kExpected);
+  std::filesystem::remove(root() / "b");
+  std::filesystem::remove(root() / "c");
+  EXPECT_THAT(Run(other), ElementsAre(0, 1, 1));
+  EXPECT_EQ(Result(), "c(other(light)#0)#0");
+}
+
 TEST_F(Chain, ForeignResultIsRefused) {
   WriteText(root() / "c", "theirs");
   try {

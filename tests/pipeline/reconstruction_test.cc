@@ -36,6 +36,10 @@ class NamedFiles : public WorkspaceFiles {
   VisibilityCloud ReadCloud(const fs::path&, const Scene&) const override { return {}; }
   void WriteCloud(const VisibilityCloud&, const Scene&,
                   const std::vector<fs::path>&) const override {}
+  fs::path KeypointFile() const override { return "/w/database"; }
+  std::vector<std::vector<Eigen::Vector2f>> ReadKeypoints(const Scene&) const override {
+    return {};
+  }
   fs::path VisibilityMeshFile() const override { return "/w/visibility.ply"; }
   fs::path RefinedMeshFile() const override { return "/w/refined.ply"; }
 };
@@ -49,8 +53,14 @@ ReconstructionPtr Make(const ReconstructionOptions& options = {},
 }
 
 std::vector<Task> AllTasks(const ReconstructionPtr& reconstruction) {
-  return MakeReconstructionTasks(reconstruction, ReconstructionStage::kStereo,
-                                 ReconstructionStage::kRefinement);
+  const auto stages = StagesOf(reconstruction->options.point_source);
+  return MakeReconstructionTasks(reconstruction, stages.front(), stages.back());
+}
+
+ReconstructionOptions QuasiDense() {
+  ReconstructionOptions options;
+  options.point_source = PointSource::kQuasiDense;
+  return options;
 }
 
 std::vector<std::string> Options(const std::vector<Task>& tasks) {
@@ -96,6 +106,36 @@ TEST(ReconstructionTasks, WithoutTheGeometricPassFusionTakesPhotometricMaps) {
   EXPECT_THAT(inputs.back().string(), HasSubstr(".photometric"));
 }
 
+TEST(ReconstructionTasks, QuasiDenseMatchingTakesThePlaceOfDepthMapsAndFusion) {
+  const std::vector<Task> tasks = AllTasks(Make(QuasiDense()));
+  ASSERT_EQ(tasks.size(), 3u);
+  EXPECT_EQ(tasks[0].stage, kQuasiDenseStage);
+  EXPECT_EQ(tasks[1].stage, kSurfaceStage);
+  EXPECT_THAT(tasks[0].outputs,
+              testing::ElementsAre(fs::path("/w/fused.ply"), fs::path("/w/fused.ply.vis")));
+  EXPECT_THAT(tasks[0].inputs, testing::Contains(fs::path("/w/database")));
+  EXPECT_EQ(tasks[0].inputs.size(), 2u + kNumViews + 1u);
+  EXPECT_THAT(tasks[0].options, HasSubstr("QuasiDenseMatching.min_ncc"));
+  EXPECT_GT(tasks[0].cost.peak_bytes, 0u);
+}
+
+TEST(ReconstructionTasks, TheBoxIsOnRecordWherePointsAreMade) {
+  ReconstructionOptions boxed = QuasiDense();
+  boxed.bounding_box = ParseBox("b", "0,0,0,1,2,3");
+  EXPECT_THAT(AllTasks(Make(boxed))[0].options, HasSubstr("bounding_box=0 0 0 1 2 3"));
+  boxed.point_source = PointSource::kPatchMatch;
+  EXPECT_THAT(AllTasks(Make(boxed))[2 * kNumViews].options, HasSubstr("bounding_box=0 0 0 1 2 3"));
+}
+
+TEST(ReconstructionTasks, StagesOfTheOtherSourceAreRefused) {
+  using enum ReconstructionStage;
+  EXPECT_THROW(MakeReconstructionTasks(Make(QuasiDense()), kStereo, kRefinement), UsageError);
+  EXPECT_THROW(MakeReconstructionTasks(Make(QuasiDense()), kQuasiDense, kFusion), UsageError);
+  EXPECT_THROW(MakeReconstructionTasks(Make(), kQuasiDense, kRefinement), UsageError);
+  EXPECT_THROW(MakeReconstructionTasks(Make(), kSurface, kStereo), UsageError);
+  EXPECT_EQ(MakeReconstructionTasks(Make(QuasiDense()), kSurface, kRefinement).size(), 2u);
+}
+
 TEST(ReconstructionTasks, OptionsThatChangeResultsAreOnRecordAndOthersAreNot) {
   const std::vector<std::string> base = Options(AllTasks(Make()));
   EXPECT_EQ(Options(AllTasks(Make({}, size_t{1} << 33))), base);
@@ -110,20 +150,21 @@ TEST(ReconstructionTasks, OptionsThatChangeResultsAreOnRecordAndOthersAreNot) {
   }
 }
 
-TEST(ReconstructionTasks, StereoWithoutPointsSaysWhatIsMissing) {
+TEST(ReconstructionTasks, WithoutSparsePointsTheFirstStageSaysWhatIsMissing) {
   Scene scene = MakeScene(ShapeName::kSphere, kNumViews, 64, 48).scene;
   scene.points.clear();
-  const auto reconstruction =
-      MakeReconstruction(scene, std::make_shared<NamedFiles>(), {}, size_t{1} << 30);
-  const std::vector<Task> tasks = MakeStereoTasks(reconstruction);
   const RunContext context(1);
   const std::vector<fs::path> outputs = {"/nowhere/a", "/nowhere/b"};
-  try {
-    tasks.front().run({context, outputs});
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("/w/points3D"));
-    EXPECT_THAT(error.what(), HasSubstr("depth_min"));
+  for (const ReconstructionOptions& options : {ReconstructionOptions(), QuasiDense()}) {
+    const std::vector<Task> tasks = AllTasks(
+        MakeReconstruction(scene, std::make_shared<NamedFiles>(), options, size_t{1} << 30));
+    try {
+      tasks.front().run({context, outputs});
+      FAIL();
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("/w/points3D"));
+      EXPECT_THAT(error.what(), HasSubstr("depth_min"));
+    }
   }
 }
 
@@ -140,6 +181,8 @@ TEST(Quality, SetsSizesAndIterations) {
   ApplyQuality(Quality::kLow, &low);
   ApplyQuality(Quality::kHigh, &high);
   EXPECT_EQ(low.max_image_size, 1000);
+  EXPECT_EQ(low.point_source, PointSource::kQuasiDense);
+  EXPECT_EQ(high.point_source, PointSource::kPatchMatch);
   EXPECT_EQ(high.max_image_size, 2400);
   EXPECT_LT(low.patch_match.num_iterations, high.patch_match.num_iterations);
   EXPECT_LT(low.refinement.max_num_iterations, high.refinement.max_num_iterations);

@@ -38,7 +38,7 @@ class MeshRefinerCommand : public Command {
   void Run(const CommandContext& context) override {
     stage_.Apply(&options_);
     const DenseWorkspace workspace = stage_.Workspace();
-    const auto reconstruction = OpenReconstruction(workspace, stage_.mask_path, options_, context);
+    const auto reconstruction = OpenReconstruction(workspace, stage_, options_, context);
     Task task = MakeRefinementTask(reconstruction, input_path_, output_path_);
     RenameForOutput(workspace.RefinedMeshPath(), &task);
     RunPlanned(workspace, *reconstruction, {task}, stage_.overwrite, context);

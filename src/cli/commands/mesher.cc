@@ -14,12 +14,16 @@ namespace lsmvs {
 
 namespace {
 
-const std::vector<std::pair<std::string, ReconstructionStage>>& StageNames() {
-  static const std::vector<std::pair<std::string, ReconstructionStage>> names = {
-      {kStereoStage, ReconstructionStage::kStereo},
-      {kFusionStage, ReconstructionStage::kFusion},
-      {kSurfaceStage, ReconstructionStage::kSurface},
-      {kRefinementStage, ReconstructionStage::kRefinement}};
+// Nothing: the first or the last one.
+using StageChoice = std::optional<ReconstructionStage>;
+
+// `open_end` is the name of the choice that names no stage.
+std::vector<std::pair<std::string, StageChoice>> StageNames(const std::string& open_end) {
+  using enum ReconstructionStage;
+  std::vector<std::pair<std::string, StageChoice>> names = {{open_end, std::nullopt}};
+  for (const auto stage : {kStereo, kFusion, kQuasiDense, kSurface, kRefinement}) {
+    names.emplace_back(StageName(stage), stage);
+  }
   return names;
 }
 
@@ -32,9 +36,11 @@ class MesherCommand : public Command {
             "undistorted by `colmap "
             "image_undistorter` into dense/0, dense/1, ...; or a folder that "
             "automatic_reconstructor made; or a dense workspace "
-            "itself. Each dense workspace is taken through four stages:\n"
+            "itself. Each dense workspace is taken through these stages:\n"
             "- patch_match_stereo: depth and normal maps in stereo/ (COLMAP's format)\n"
             "- stereo_fusion: fused.ply and fused.ply.vis (COLMAP's format)\n"
+            "- quasi_dense_matcher, in the place of these two with --quality low or "
+            "--point_source quasi_dense: fused.ply and fused.ply.vis from interest points\n"
             "- visibility_mesher: meshed-visibility.ply\n"
             "- mesh_refiner: meshed-refined.ply, with vertex colours\n"
             "lsmvs/run.json keeps, for each stage, options, input hashes, time, memory and counts. "
@@ -45,7 +51,8 @@ class MesherCommand : public Command {
             "in the way stops the run.\n"
             "The first Ctrl-C ends the run cleanly, a second one at once. The result does not "
             "depend on the number of threads.",
-            {"lsmvs-mesher project", "lsmvs-mesher project --quality medium --max_memory 8GB",
+            {"lsmvs-mesher project", "lsmvs-mesher project --quality low",
+             "lsmvs-mesher project --quality medium --max_memory 8GB",
              "lsmvs-mesher project/dense/0 --from visibility_mesher "
              "--VisibilityMeshing.max_proj_dist 1"},
             {"workspace_path"},
@@ -60,11 +67,18 @@ class MesherCommand : public Command {
     options->AddEnum("quality", &quality_,
                      "As COLMAP's: photos are reduced to 1000, 1600 or 2400 pixels or taken as "
                      "they are; the lower two take fewer "
-                     "iterations.",
+                     "iterations, and low takes its points from quasi_dense_matcher.",
                      {{"low", Quality::kLow},
                       {"medium", Quality::kMedium},
                       {"high", Quality::kHigh},
                       {"extreme", Quality::kExtreme}});
+    options->AddEnum("point_source", &point_source_,
+                     "How points come from photos: patch_match by depth maps and their fusion; "
+                     "quasi_dense by interest points, a few per cent of the time and fewer points; "
+                     "auto: quasi_dense with --quality low, else patch_match.",
+                     {{"auto", std::nullopt},
+                      {"patch_match", PointSource::kPatchMatch},
+                      {"quasi_dense", PointSource::kQuasiDense}});
     options->Add("max_image_size", &max_image_size_,
                  "Longer side in pixels to which photos are reduced, instead of what --quality "
                  "says; -1 takes them as they "
@@ -72,10 +86,11 @@ class MesherCommand : public Command {
                  {-1, 1000000});
     stage_.DescribeMaskPath(options);
     stage_.DescribeBoundingBox(options);
+    stage_.DescribeDatabasePath(options);
     options->AddEnum("from", &from_,
                      "First stage; what earlier stages make must be there and is used as it is.",
-                     StageNames());
-    options->AddEnum("to", &to_, "Last stage.", StageNames());
+                     StageNames("first"));
+    options->AddEnum("to", &to_, "Last stage.", StageNames("last"));
     stage_.DescribeOverwrite(options);
     options->Add("report", &report_,
                  "End with a page that shows the meshes beside COLMAP's, those that are there: "
@@ -83,10 +98,13 @@ class MesherCommand : public Command {
     options_.Describe(options);
   }
 
-  void ApplyPresets() override { ApplyQuality(quality_, &options_); }
+  void ApplyPresets() override {
+    ApplyQuality(quality_, &options_);
+    options_.point_source = point_source_.value_or(options_.point_source);
+  }
 
   void Run(const CommandContext& context) override {
-    if (from_ > to_) throw UsageError("--from names a later stage than --to");
+    CheckStages(options_.point_source, From(), To());
     if (max_image_size_.has_value()) options_.max_image_size = std::max(0, *max_image_size_);
     options_.bounding_box = ParseBox("bounding_box", stage_.bounding_box);
     std::optional<Error> first_error;
@@ -107,10 +125,15 @@ class MesherCommand : public Command {
   }
 
  private:
+  ReconstructionStage From() const {
+    return from_.value_or(StagesOf(options_.point_source).front());
+  }
+  ReconstructionStage To() const { return to_.value_or(StagesOf(options_.point_source).back()); }
+
   void RunWorkspace(const WorkspaceEntry& entry, const CommandContext& context) {
     const DenseWorkspace workspace = Prepare(entry, context);
-    const auto reconstruction = OpenReconstruction(workspace, stage_.mask_path, options_, context);
-    RunPlanned(workspace, *reconstruction, MakeReconstructionTasks(reconstruction, from_, to_),
+    const auto reconstruction = OpenReconstruction(workspace, stage_, options_, context);
+    RunPlanned(workspace, *reconstruction, MakeReconstructionTasks(reconstruction, From(), To()),
                stage_.overwrite, context);
     if (report_) WriteReport(workspace, context);
   }
@@ -135,9 +158,9 @@ class MesherCommand : public Command {
   StageOptions stage_;
   std::string image_path_;
   Quality quality_ = Quality::kHigh;
+  std::optional<PointSource> point_source_;
   std::optional<int> max_image_size_;
-  ReconstructionStage from_ = ReconstructionStage::kStereo;
-  ReconstructionStage to_ = ReconstructionStage::kRefinement;
+  StageChoice from_, to_;
   bool report_ = false;
   ReconstructionOptions options_;
 };

@@ -37,8 +37,7 @@ class PatchMatchStereoCommand : public Command {
 
   void Run(const CommandContext& context) override {
     stage_.Apply(&options_);
-    const auto reconstruction =
-        OpenReconstruction(stage_.Workspace(), stage_.mask_path, options_, context);
+    const auto reconstruction = OpenReconstruction(stage_.Workspace(), stage_, options_, context);
     RunPlanned(stage_.Workspace(), *reconstruction, MakeStereoTasks(reconstruction),
                stage_.overwrite, context);
   }

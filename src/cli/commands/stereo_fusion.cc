@@ -48,7 +48,7 @@ class StereoFusionCommand : public Command {
   void Run(const CommandContext& context) override {
     stage_.Apply(&options_);
     const DenseWorkspace workspace = stage_.Workspace();
-    const auto reconstruction = OpenReconstruction(workspace, stage_.mask_path, options_, context);
+    const auto reconstruction = OpenReconstruction(workspace, stage_, options_, context);
     Task task = MakeFusionTask(reconstruction, input_type_, MapsToFuse::kPresent, output_path_);
     task.foreign_outputs = ForeignOutputs::kRefuse;
     RenameForOutput(workspace.FusedPath(), &task);

@@ -41,7 +41,7 @@ class VisibilityMesherCommand : public Command {
   void Run(const CommandContext& context) override {
     stage_.Apply(&options_);
     const DenseWorkspace workspace = stage_.Workspace();
-    const auto reconstruction = OpenReconstruction(workspace, "", options_, context);
+    const auto reconstruction = OpenReconstruction(workspace, stage_, options_, context);
     Task task = input_type_ == CloudKind::kSparse
                     ? MakeSparseSurfaceTask(reconstruction, output_path_)
                     : MakeSurfaceTask(reconstruction, workspace.FusedPath(), output_path_);
