@@ -210,12 +210,13 @@ void WritePoints(const VisibilityCloud& cloud, const Eigen::Vector3d& world_offs
   }
 }
 
-void WriteViews(const VisibilityCloud& cloud, AtomicFile* file) {
-  file->WriteValue(static_cast<uint64_t>(cloud.size()));
-  for (size_t p = 0; p < cloud.size(); ++p) {
-    const std::span<const uint32_t> views = cloud.ViewsOf(p);
-    file->WriteValue(static_cast<uint32_t>(views.size()));
-    file->Write(views.data(), views.size_bytes());
+void WriteViews(const std::vector<uint64_t>& begin, const std::vector<uint32_t>& view_idxs,
+                AtomicFile* file) {
+  file->WriteValue(static_cast<uint64_t>(begin.size() - 1));
+  for (size_t p = 0; p + 1 < begin.size(); ++p) {
+    const auto count = static_cast<uint32_t>(begin[p + 1] - begin[p]);
+    file->WriteValue(count);
+    file->Write(view_idxs.data() + begin[p], count * sizeof(uint32_t));
   }
 }
 
@@ -231,10 +232,17 @@ void WriteFusedCloud(const fs::path& ply_path, const VisibilityCloud& cloud, con
   cloud.CheckConsistent(scene.views.size());
   AtomicFile ply(ply_path), vis(DenseWorkspace::VisibilityPath(ply_path));
   WritePoints(cloud, scene.world_offset, &ply);
-  WriteViews(cloud, &vis);
+  WriteViews(cloud.view_begin, cloud.view_idxs, &vis);
   RemoveIfThere(ply_path);
   vis.Commit();
   ply.Commit();
+}
+
+void WriteVisibility(const fs::path& vis_path, const std::vector<uint64_t>& begin,
+                     const std::vector<uint32_t>& view_idxs) {
+  AtomicFile file(vis_path);
+  WriteViews(begin, view_idxs, &file);
+  file.Commit();
 }
 
 }  // namespace lsmvs

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/scene/scene.h"
@@ -38,5 +39,10 @@ FusedCloud ReadFusedCloud(const std::filesystem::path& ply_path, const Scene& sc
 // replaced: a kill never leaves two that do not belong together.
 void WriteFusedCloud(const std::filesystem::path& ply_path, const VisibilityCloud& cloud,
                      const Scene& scene);
+
+// Writes the views of each point, or of each vertex of a mesh, in the format of fused.ply.vis:
+// views[begin[p] .. begin[p + 1]) see p. Atomic.
+void WriteVisibility(const std::filesystem::path& vis_path, const std::vector<uint64_t>& begin,
+                     const std::vector<uint32_t>& view_idxs);
 
 }  // namespace lsmvs

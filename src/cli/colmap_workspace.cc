@@ -94,6 +94,15 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
     return ReadSceneKeypoints(database_, scene);
   }
 
+  std::vector<fs::path> VisibleMeshFiles(const fs::path& mesh) const override {
+    return {mesh, DenseWorkspace::VisibilityPath(mesh)};
+  }
+
+  void WriteVisibility(const std::vector<uint64_t>& begin, const std::vector<uint32_t>& view_idxs,
+                       const fs::path& output) const override {
+    lsmvs::WriteVisibility(output, begin, view_idxs);
+  }
+
   fs::path VisibilityMeshFile() const override { return workspace_.VisibilityMeshPath(); }
   fs::path RefinedMeshFile() const override { return workspace_.RefinedMeshPath(); }
 

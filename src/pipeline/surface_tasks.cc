@@ -11,7 +11,7 @@ namespace lsmvs {
 
 namespace {
 
-constexpr const char* kSurfaceVersion = "1";
+constexpr const char* kSurfaceVersion = "2";
 constexpr const char* kRefinementVersion = "1";
 
 // Before there is a cloud: points that fusion makes of a pixel, and views of a point; measured on
@@ -79,6 +79,7 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
                      "check that the points and their views belong to this model");
   }
   WriteMeshPly(run.outputs.at(0), result.mesh, offset);
+  reconstruction.files->WriteVisibility(result.view_begin, result.view_idxs, run.outputs.at(1));
   return {{"points", static_cast<double>(cloud.size())},
           {"delaunay_vertices", static_cast<double>(result.counters.num_vertices)},
           {"vertices", static_cast<double>(result.mesh.vertices.size())},
@@ -93,7 +94,7 @@ Task SurfaceTask(const Reconstruction& reconstruction, const std::filesystem::pa
   task.options = TaskOptionsText(reconstruction, options.surface) +
                  fmt::format("bounding_box={}\n", BoxText(options.bounding_box));
   AddModelInputs(reconstruction, &task);
-  task.outputs = {mesh};
+  task.outputs = reconstruction.files->VisibleMeshFiles(mesh);
   return task;
 }
 

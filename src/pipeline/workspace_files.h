@@ -55,6 +55,14 @@ class WorkspaceFiles {
   // photos.
   virtual std::vector<std::vector<Eigen::Vector2f>> ReadKeypoints(const Scene& scene) const = 0;
 
+  // A mesh of the surface stage and the file of what sees its vertices.
+  virtual std::vector<std::filesystem::path> VisibleMeshFiles(
+      const std::filesystem::path& mesh) const = 0;
+  // `view_idxs[begin[v] .. begin[v + 1])` see vertex v.
+  virtual void WriteVisibility(const std::vector<uint64_t>& begin,
+                               const std::vector<uint32_t>& view_idxs,
+                               const std::filesystem::path& output) const = 0;
+
   // The workspace's meshes.
   virtual std::filesystem::path VisibilityMeshFile() const = 0;
   virtual std::filesystem::path RefinedMeshFile() const = 0;

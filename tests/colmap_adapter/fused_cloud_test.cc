@@ -84,6 +84,15 @@ TEST_F(FusedCloudTest, BytesAreColmaps) {
   EXPECT_EQ(ReadWholeFile(vis_path_), std::string("\1\0\0\0\0\0\0\0\2\0\0\0\1\0\0\0\4\0\0\0", 20));
 }
 
+TEST_F(FusedCloudTest, VisibilityOfAMeshIsReadAsThatOfACloud) {
+  WriteFusedCloud(path_, cloud_, data_.scene);
+  std::filesystem::remove(vis_path_);
+  WriteVisibility(vis_path_, cloud_.view_begin, cloud_.view_idxs);
+  ExpectSameCloud(Read().cloud, cloud_);
+  WriteVisibility(vis_path_, {0}, {});
+  EXPECT_EQ(ReadWholeFile(vis_path_), std::string(8, '\0'));
+}
+
 TEST_F(FusedCloudTest, EmptyCloudIsLegal) {
   WriteFusedCloud(path_, {}, data_.scene);
   EXPECT_EQ(Read().cloud.size(), 0u);

@@ -89,6 +89,7 @@ TEST(Programs, AProjectFolderIsUndistortedFirst) {
   std::filesystem::rename(workspace / "model", workspace / "sparse/0");
   ExpectSuccess(RunProgram("lsmvs-mesher", {workspace.text()}));
   EXPECT_TRUE(std::filesystem::exists(workspace / "dense/0/meshed-refined.ply"));
+  EXPECT_TRUE(std::filesystem::exists(workspace / "dense/0/meshed-visibility.ply.vis"));
   EXPECT_THAT(RunProgram("lsmvs-mesher", {workspace.text()}).out,
               HasSubstr("everything is up to date"));
 }

@@ -40,6 +40,11 @@ class NamedFiles : public WorkspaceFiles {
   std::vector<std::vector<Eigen::Vector2f>> ReadKeypoints(const Scene&) const override {
     return {};
   }
+  std::vector<fs::path> VisibleMeshFiles(const fs::path& mesh) const override {
+    return {mesh, mesh.string() + ".vis"};
+  }
+  void WriteVisibility(const std::vector<uint64_t>&, const std::vector<uint32_t>&,
+                       const fs::path&) const override {}
   fs::path VisibilityMeshFile() const override { return "/w/visibility.ply"; }
   fs::path RefinedMeshFile() const override { return "/w/refined.ply"; }
 };

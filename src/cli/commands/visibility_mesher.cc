@@ -19,7 +19,8 @@ class VisibilityMesherCommand : public Command {
             "does: a minimum cut of a Delaunay "
             "tetrahedralisation. Reads fused.ply and fused.ply.vis of a dense workspace (or with "
             "--input_type sparse the points "
-            "of its sparse model) and writes a triangle mesh with colours and normals.",
+            "of its sparse model) and writes a triangle mesh with colours and normals, and "
+            "beside it OUTPUT.vis: the views of each vertex, in the format of fused.ply.vis.",
             {"lsmvs visibility_mesher --input_path project/dense/0 --output_path "
              "project/dense/0/meshed-visibility.ply"},
             {"input_path", "output_path"},
