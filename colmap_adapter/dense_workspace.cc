@@ -119,9 +119,9 @@ std::vector<WorkspaceEntry> Existing(const fs::path& folder) {
                      "name the folder above that holds images/ and sparse/");
   }
   if (fs::is_directory(path / "sparse")) {
-    throw InputError((path / "sparse").string(),
-                     "holds no sparse model (cameras, images and points3D, .bin or .txt)",
-                     "run `colmap mapper` first");
+    const fs::path first = path / "sparse" / "0";
+    const fs::path folder = fs::is_directory(first) ? first : path / "sparse";
+    throw InputError(folder.string(), DescribeMissingModel(folder), "run `colmap mapper` first");
   }
   throw InputError(
       path.string(),

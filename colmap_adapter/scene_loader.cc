@@ -149,6 +149,17 @@ void CheckImageFile(const DenseWorkspace& workspace, const View& view) {
                    "use the images that the model was made from, or undistort again");
 }
 
+// One message for a folder with other photos, or none, instead of one about the first photo.
+void CheckHoldsImages(const DenseWorkspace& workspace, const Scene& scene) {
+  for (const View& view : scene.views) {
+    if (std::filesystem::exists(workspace.ImagePath(view.name))) return;
+  }
+  throw InputError(workspace.ImageFolder().string(),
+                   fmt::format("holds none of the model's {} photos, such as {}", scene.num_views(),
+                               scene.views.front().name),
+                   "put them back, or undistort again with `colmap image_undistorter`");
+}
+
 void CheckFolder(const std::filesystem::path& folder, const char* what, const char* remedy) {
   if (!std::filesystem::is_directory(folder)) throw InputError(folder.string(), what, remedy);
 }
@@ -179,6 +190,7 @@ Scene LoadScene(const DenseWorkspace& workspace, const LoadSceneOptions& options
     CheckFolder(options.mask_folder, "the folder of the masks is missing", "correct --mask_path");
   }
   if (options.check_images) {
+    CheckHoldsImages(workspace, scene);
     for (const View& view : scene.views) CheckImageFile(workspace, view);
   }
   return scene;

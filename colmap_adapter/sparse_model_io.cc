@@ -1,5 +1,9 @@
 #include "lsmvs/colmap_adapter/sparse_model_io.h"
 
+#include <fmt/format.h>
+
+#include <utility>
+
 #include "lsmvs/colmap_adapter/camera_model.h"
 #include "lsmvs/colmap_adapter/sparse_model_internal.h"
 #include "lsmvs/util/check.h"
@@ -73,12 +77,29 @@ bool IsSparseModelFolder(const std::filesystem::path& folder) {
          HasModelFiles({folder, SparseFormat::kText});
 }
 
+std::string DescribeMissingModel(const std::filesystem::path& folder) {
+  for (const auto& [format, extension] :
+       {std::pair(SparseFormat::kBinary, ".bin"), std::pair(SparseFormat::kText, ".txt")}) {
+    const FileNames names(folder, format);
+    std::string missing;
+    int num_missing = 0;
+    for (const auto& path : {names.cameras, names.images, names.points3d}) {
+      if (std::filesystem::is_regular_file(path)) continue;
+      missing += (num_missing++ > 0 ? " and " : "") + path.filename().string();
+    }
+    if (num_missing < 3) {
+      return fmt::format("holds no whole sparse model: {} {} missing", missing,
+                         num_missing == 1 ? "is" : "are");
+    }
+  }
+  return "holds no sparse model (cameras, images and points3D, .bin or .txt)";
+}
+
 SparseModel ReadSparseModel(const std::filesystem::path& folder,
                             const ReadSparseModelOptions& options) {
   const FileNames binary(folder, SparseFormat::kBinary), text(folder, SparseFormat::kText);
   if (!HasModelFiles(binary) && !HasModelFiles(text)) {
-    throw InputError(folder.string(),
-                     "holds no sparse model (cameras, images and points3D, .bin or .txt)",
+    throw InputError(folder.string(), DescribeMissingModel(folder),
                      "run `colmap mapper` or name the folder of its output");
   }
   SparseModel model = HasModelFiles(binary) ? ReadBinary(binary, options.keep_points2d)

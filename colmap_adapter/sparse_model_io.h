@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "lsmvs/colmap_adapter/sparse_model.h"
 
@@ -15,6 +16,9 @@ struct ReadSparseModelOptions {
 
 // Whether the folder holds cameras, images and points3D, all as .bin or all as .txt.
 bool IsSparseModelFolder(const std::filesystem::path& folder);
+// What a folder that is none says of itself: "holds no sparse model (...)", or which of the three
+// files it lacks.
+std::string DescribeMissingModel(const std::filesystem::path& folder);
 
 // Reads the model of COLMAP 3.x or 4.x in `folder`: binary if it is there, else text; rigs and
 // frames if they are there. Throws InputError, with path and byte (binary) or line (text), for

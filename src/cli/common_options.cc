@@ -83,7 +83,13 @@ RunContext CommonOptions::MakeRunContext(const std::atomic<bool>* cancel) const 
   if (!max_memory.empty()) {
     const size_t allowed = ParseBytes("max_memory", max_memory);
     const size_t in_use = PeakResidentBytes();
-    context.memory_budget_bytes = allowed > in_use ? allowed - in_use : 1;
+    if (allowed <= in_use) {
+      throw MemoryError(fmt::format(
+          "--max_memory is {}, but the program takes {} of memory before it has read anything; "
+          "allow some hundred MB",
+          max_memory, FormatBytes(in_use)));
+    }
+    context.memory_budget_bytes = allowed - in_use;
   }
   context.seed = static_cast<uint64_t>(seed);
   context.cancel = cancel;

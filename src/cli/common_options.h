@@ -25,7 +25,8 @@ struct CommonOptions {
   void Describe(OptionSet* options);
   bool Check(std::string* error) const;
 
-  // The context to run with; `cancel` outlives it. Throws UsageError.
+  // The context to run with; `cancel` outlives it. Throws UsageError;
+  // MemoryError if max_memory is less than what the process takes already.
   RunContext MakeRunContext(const std::atomic<bool>* cancel) const;
 };
 

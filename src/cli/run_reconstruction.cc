@@ -1,6 +1,7 @@
 #include "lsmvs/cli/run_reconstruction.h"
 
 #include <fmt/format.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -61,6 +62,18 @@ void Print(const std::string& text) {
   std::fflush(stdout);
 }
 
+// Masks of other names than expected would go unnoticed.
+void WarnWithoutMasks(const Reconstruction& reconstruction) {
+  const Scene& scene = reconstruction.scene;
+  if (scene.mask_folder.empty()) return;
+  for (int i = 0; i < scene.num_views(); ++i) {
+    if (!reconstruction.images->source(i).mask_path.empty()) return;
+  }
+  LOG(WARNING) << scene.mask_folder << ": holds no mask of these photos; that of "
+               << scene.views.front().name << " is to be named " << scene.views.front().name
+               << ".png";
+}
+
 }  // namespace
 
 ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const StageOptions& stage,
@@ -70,9 +83,11 @@ ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const Stag
   load.mask_folder = stage.mask_path;
   ReconstructionOptions seeded = options;
   seeded.seed = context.run.seed;
-  return MakeReconstruction(LoadScene(workspace, load),
-                            MakeColmapWorkspaceFiles(workspace, stage.Database(workspace)), seeded,
-                            context.run.memory_budget_bytes);
+  ReconstructionPtr reconstruction = MakeReconstruction(
+      LoadScene(workspace, load), MakeColmapWorkspaceFiles(workspace, stage.Database(workspace)),
+      seeded, context.run.memory_budget_bytes);
+  WarnWithoutMasks(*reconstruction);
+  return reconstruction;
 }
 
 void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstruction,

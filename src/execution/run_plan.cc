@@ -130,8 +130,11 @@ class Planner {
       const auto made = producer_.find(Key(input));
       if (made != producer_.end()) {
         needed_[made->second] = true;
+      } else if (!fs::exists(input)) {
+        throw InputError(input.string(), "is missing, and " + task.stage + " reads it",
+                         "run first what makes it, or correct its path");
       } else {
-        StampOf(input);  // throws if it is missing
+        StampOf(input);  // throws if it cannot be read
       }
     }
     return {TaskState::kRun, finding.reason.empty() ? "its result is missing" : finding.reason};

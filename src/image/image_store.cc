@@ -22,6 +22,9 @@ namespace lsmvs {
 namespace {
 
 constexpr const char* kReexport = "export the image again or remove it from the model";
+constexpr const char* kOtherPhoto =
+    "use the images that the model was made from, or undistort again";
+constexpr const char* kOtherMask = "make the mask of its photo's size, or remove it";
 
 cv::Mat Decode(const std::string& path, int flags) {
   if (!std::filesystem::is_regular_file(path)) {
@@ -38,13 +41,14 @@ cv::Mat Decode(const std::string& path, int flags) {
   return image;
 }
 
-cv::Mat DecodeOfSize(const std::string& path, int flags, const PinholeCamera& camera) {
+cv::Mat DecodeOfSize(const std::string& path, int flags, const PinholeCamera& camera,
+                     const char* remedy) {
   cv::Mat image = Decode(path, flags | cv::IMREAD_IGNORE_ORIENTATION);
   if (image.cols != camera.width || image.rows != camera.height) {
     throw InputError(path,
                      fmt::format("is {} x {} pixels, but its camera is {} x {}", image.cols,
                                  image.rows, camera.width, camera.height),
-                     "use the images that the model was made from, or undistort again");
+                     remedy);
   }
   return image;
 }
@@ -81,19 +85,21 @@ std::shared_ptr<GrayImage> LoadGray(const ImageSource& source, const PinholeCame
   // As float before reducing: 8-bit rounding of the reduced image would add noise of 0.3 grey
   // levels.
   cv::Mat gray;
-  DecodeOfSize(source.path, cv::IMREAD_GRAYSCALE, source.camera).convertTo(gray, CV_32F);
+  DecodeOfSize(source.path, cv::IMREAD_GRAYSCALE, source.camera, kOtherPhoto)
+      .convertTo(gray, CV_32F);
   return ToRaster<float>(ResizeTo(gray, camera));
 }
 
 std::shared_ptr<ColorImage> LoadColors(const ImageSource& source, const PinholeCamera& camera) {
-  const cv::Mat image = DecodeOfSize(source.path, cv::IMREAD_COLOR, source.camera);
+  const cv::Mat image = DecodeOfSize(source.path, cv::IMREAD_COLOR, source.camera, kOtherPhoto);
   cv::Mat rgb;
   cv::cvtColor(ResizeTo(image, camera), rgb, cv::COLOR_BGR2RGB);
   return ToRaster<Color>(rgb);
 }
 
 std::shared_ptr<ByteImage> LoadMask(const ImageSource& source, const PinholeCamera& camera) {
-  const cv::Mat mask = DecodeOfSize(source.mask_path, cv::IMREAD_GRAYSCALE, source.camera);
+  const cv::Mat mask =
+      DecodeOfSize(source.mask_path, cv::IMREAD_GRAYSCALE, source.camera, kOtherMask);
   // As float: 8 bits would round one ignored pixel of many away.
   cv::Mat ignored;
   cv::Mat(mask == 0).convertTo(ignored, CV_32F);

@@ -20,7 +20,7 @@ constexpr const char* kQuasiDenseVersion = "1";
                      "--QuasiDenseMatching.depth_min and --QuasiDenseMatching.depth_max");
   }
   throw InputError(reconstruction.files->CloudFile().string(), "would be empty: " + result.message,
-                   "check the poses, and that the photos overlap and show texture");
+                   EmptyCloudRemedy(reconstruction));
 }
 
 TaskCounts RunQuasiDense(const Reconstruction& reconstruction, const TaskRun& run) {

@@ -144,7 +144,7 @@ TaskCounts RunFusion(const Reconstruction& reconstruction, DepthMapKind kind, co
   if (cloud.size() == 0) {
     throw InputError(reconstruction.files->CloudFile().string(),
                      "would be empty: no depth is confirmed by other views",
-                     "check that photos overlap, or lower --StereoFusion.min_num_pixels");
+                     EmptyCloudRemedy(reconstruction) + ", or lower --StereoFusion.min_num_pixels");
   }
   reconstruction.files->WriteCloud(cloud, reconstruction.scene, run.outputs);
   return {{"points", static_cast<double>(cloud.size())},

@@ -36,6 +36,15 @@ std::string BoxText(const Eigen::AlignedBox3d& box) {
                      box.max().x(), box.max().y(), box.max().z());
 }
 
+std::string EmptyCloudRemedy(const Reconstruction& reconstruction) {
+  std::string remedy = "check that the photos overlap and show texture";
+  if (!reconstruction.scene.mask_folder.empty()) remedy += ", that --mask_path leaves some of them";
+  if (!reconstruction.options.bounding_box.isEmpty()) {
+    remedy += ", that --bounding_box holds some of the sparse points";
+  }
+  return remedy;
+}
+
 std::string internal::SharedOptionsText(const Reconstruction& reconstruction) {
   return fmt::format("max_image_size={}\nseed={}\n", reconstruction.options.max_image_size,
                      reconstruction.options.seed);

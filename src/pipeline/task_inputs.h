@@ -25,6 +25,9 @@ std::string TaskOptionsText(const Reconstruction& reconstruction, const Options&
 // "x0 y0 z0 x1 y1 z1", or empty.
 std::string BoxText(const Eigen::AlignedBox3d& box);
 
+// What to check when no point was found; names the masks and the box if there are any.
+std::string EmptyCloudRemedy(const Reconstruction& reconstruction);
+
 namespace internal {
 std::string SharedOptionsText(const Reconstruction& reconstruction);
 template <class Options>

@@ -65,7 +65,24 @@ TEST(BadInput, MissingFolders) {
   ExpectRefused(without_sparse, 3, {without_sparse.text()});
   fs::remove_all(empty_images / "images");
   fs::create_directory(empty_images / "images");
-  ExpectRefused(empty_images, 3, {"images/", "missing"});
+  ExpectRefused(empty_images, 3, {"images: holds none of the model's 5 photos", "0000.png"});
+  SmallWorkspace empty_sparse, half_sparse;
+  fs::remove_all(empty_sparse / "sparse");
+  fs::create_directory(empty_sparse / "sparse");
+  ExpectRefused(empty_sparse, 3, {"sparse: holds no sparse model", "colmap mapper"});
+  fs::remove(half_sparse / "sparse/points3D.bin");
+  ExpectRefused(half_sparse, 3, {"sparse: holds no whole sparse model: points3D.bin is missing"});
+}
+
+TEST(BadInput, PathsThatAreNoWorkspace) {
+  const SmallWorkspace workspace;
+  fs::create_directory(workspace / "nothing");
+  ExpectError(RunProgram("lsmvs-mesher", {(workspace / "nothing").string()}), 3,
+              {"nothing: is neither"});
+  ExpectError(RunProgram("lsmvs-mesher", {FirstImage(workspace).string()}), 3,
+              {"0000.png: is not a folder"});
+  ExpectError(RunProgram("lsmvs-mesher", {(workspace / "sparse").string()}), 3,
+              {"is a sparse model, not a workspace"});
 }
 
 TEST(BadInput, CommandsNameWhatIsMissing) {
@@ -120,7 +137,11 @@ TEST(BadInput, ModelTruncatedOrInconsistent) {
   for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
     const SmallWorkspace workspace;
     const std::string good = ReadText(Sparse(workspace, name));
-    WriteText(Sparse(workspace, name), good.substr(0, good.size() - 5));
+    for (const size_t length : {size_t{0}, size_t{4}, size_t{8}, size_t{20}, good.size() - 5}) {
+      WriteText(Sparse(workspace, name), good.substr(0, length));
+      ExpectRefused(workspace, 3, {name});
+    }
+    WriteText(Sparse(workspace, name), BytesOf(uint64_t{1} << 60) + good.substr(8));
     ExpectRefused(workspace, 3, {name});
     WriteText(Sparse(workspace, name), good + "surplus");
     ExpectRefused(workspace, 3, {name});
@@ -133,6 +154,8 @@ TEST(BadInput, PosesThatAreNotNumbers) {
   OverwriteBytes(Sparse(workspace, "images.bin"), kRotation,
                  BytesOf(std::numeric_limits<double>::quiet_NaN()));
   ExpectRefused(workspace, 3, {"sparse", "0000.png", "not finite"});
+  OverwriteBytes(Sparse(workspace, "images.bin"), kRotation, std::string(32, '\0'));
+  ExpectRefused(workspace, 3, {"sparse", "0000.png", "rotation of length 0"});
 }
 
 TEST(BadInput, UnknownAndDistortedCameras) {
@@ -165,17 +188,75 @@ TEST(BadInput, NoSparsePoints) {
       for (auto& point : image.points2d) point.point3d_id = SparseModel::kNoPoint3d;
     }
   });
-  ExpectRefused(workspace, 3, {"points3D", "depth_min"});
+  ExpectRefused(workspace, 3, {"points3D", "--PatchMatchStereo.depth_min"});
+  ExpectRefused(workspace, 3, {"points3D", "--QuasiDenseMatching.depth_min"}, {"--quality", "low"});
 }
 
 TEST(BadInput, TooLittleMemory) {
   const SmallWorkspace workspace;
-  ExpectRefused(workspace, 5, {"memory", "--max_memory"}, {"--max_memory", "1MB"});
+  for (const char* quality : {"low", "high"}) {
+    ExpectRefused(workspace, 5, {"--max_memory is 20MB", "allow"},
+                  {"--max_memory", "20MB", "--quality", quality});
+  }
+}
+
+// Enough to begin with and too little for the work: refused before it begins.
+TEST(BadInput, TooLittleMemoryForAStage) {
+  const SmallWorkspace workspace;
+  constexpr size_t kNumPoints = 4'000'000, kBytesPerPoint = 12;
+  const std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " +
+                             std::to_string(kNumPoints) +
+                             "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+  WriteText(workspace / "fused.ply", header);
+  fs::resize_file(workspace / "fused.ply", header.size() + kNumPoints * kBytesPerPoint);
+  WriteText(workspace / "fused.ply.vis", "");
+  ExpectError(RunProgram("lsmvs-mesher", {workspace.text(), "--max_memory", "700MB"}), 5,
+              {workspace.text(), "visibility_mesher needs about", "--max_memory"});
+  EXPECT_FALSE(fs::exists(workspace / "meshed-visibility.ply"));
+}
+
+TEST(BadInput, NothingLeftByMasksOrBox) {
+  const SmallWorkspace workspace;
+  const std::string black = "P5\n128 96\n255\n" + std::string(128 * 96, '\0');
+  for (const auto& entry : fs::directory_iterator(workspace / "images")) {
+    WriteText(workspace / ("masks/" + entry.path().filename().string() + ".png"), black);
+  }
+  for (const char* source : {"patch_match", "quasi_dense"}) {
+    ExpectRefused(workspace, 3, {"fused.ply: would be empty", "--mask_path"},
+                  {"--mask_path", (workspace / "masks").string(), "--point_source", source});
+    ExpectRefused(workspace, 3, {"fused.ply: would be empty", "--bounding_box"},
+                  {"--bounding_box", "1000,1000,1000,1001,1001,1001", "--point_source", source});
+  }
 }
 
 TEST(BadInput, MasksThatAreNotThere) {
   const SmallWorkspace workspace;
   ExpectRefused(workspace, 3, {"/no/masks"}, {"--mask_path", "/no/masks"});
+  fs::create_directory(workspace / "empty");
+  const ProgramResult result =
+      RunProgram("lsmvs-mesher", {workspace.text(), "--mask_path", (workspace / "empty").string(),
+                                  "--quality", "low", "--to", "quasi_dense_matcher"});
+  ExpectSuccess(result);
+  EXPECT_THAT(result.err, testing::HasSubstr("0000.png is to be named 0000.png.png"));
+}
+
+TEST(BadInput, MasksThatAreNone) {
+  const SmallWorkspace workspace;
+  const std::string masks = (workspace / "masks").string();
+  const fs::path mask = workspace / "masks/0000.png.png";
+  WriteText(mask, "P5\n64 48\n255\n" + std::string(64 * 48, '\0'));
+  ExpectRefused(workspace, 3, {"0000.png.png", "64 x 48", "mask"}, {"--mask_path", masks});
+  WriteText(mask, "not an image");
+  ExpectRefused(workspace, 3, {"0000.png.png", "cannot be decoded"}, {"--mask_path", masks});
+}
+
+TEST(BadInput, DatabaseThatIsNone) {
+  const SmallWorkspace workspace;
+  const std::string database = (workspace / "d.db").string();
+  const std::vector<std::string> arguments = {"--quality", "low", "--database_path", database};
+  ExpectRefused(workspace, 3, {"d.db: is missing"}, arguments);
+  WriteText(database, "not a database");
+  ExpectRefused(workspace, 3, {"d.db", "database"}, arguments);
 }
 
 TEST(BadInput, RunRecordThatIsNone) {

@@ -34,9 +34,9 @@ TEST(QuasiDenseRun, LowQualityTakesItsPointsFromInterestPoints) {
 
 TEST(QuasiDenseRun, ThePointSourceMayBeChosenForAnyQuality) {
   const SmallWorkspace low, medium;
-  const ProgramResult patch_match =
-      RunProgram("lsmvs-mesher", {low.text(), "--quality", "low", "--point_source", "patch_match",
-                                  "--to", "stereo_fusion"});
+  const ProgramResult patch_match = RunProgram(
+      "lsmvs-mesher",
+      {low.text(), "--quality", "low", "--point_source", "patch_match", "--to", "stereo_fusion"});
   ExpectSuccess(patch_match);
   EXPECT_THAT(patch_match.out, HasSubstr("patch_match_stereo"));
   const ProgramResult quasi_dense =
@@ -56,9 +56,9 @@ TEST(QuasiDenseRun, TheStageAsACommandGivesTheBytesOfTheWholeRun) {
                                      w + "/fused.ply", "--num_threads", "1"}));
   EXPECT_EQ(ReadText(whole / "fused.ply"), ReadText(staged / "fused.ply"));
   EXPECT_EQ(ReadText(whole / "fused.ply.vis"), ReadText(staged / "fused.ply.vis"));
-  const ProgramResult rest =
-      RunProgram("lsmvs-mesher", {w, "--quality", "extreme", "--point_source", "quasi_dense",
-                                  "--num_threads", "1"});
+  const ProgramResult rest = RunProgram(
+      "lsmvs-mesher",
+      {w, "--quality", "extreme", "--point_source", "quasi_dense", "--num_threads", "1"});
   ExpectSuccess(rest);
   EXPECT_THAT(rest.err, Not(HasSubstr("quasi_dense_matcher: started")));
   EXPECT_EQ(ReadResults(whole.path()), ReadResults(staged.path()));
@@ -74,9 +74,9 @@ TEST(QuasiDenseRun, ChangingTheSourceReplacesOurCloudAndKeepsAForeignOne) {
   ExpectSuccess(RunProgram("lsmvs-mesher", {workspace.text(), "--to", "stereo_fusion"}));
   EXPECT_EQ(ReadText(workspace / "fused.ply"), fused);
   fs::remove_all(workspace / "lsmvs");
-  const ProgramResult foreign =
-      RunProgram("lsmvs-mesher", {workspace.text(), "--point_source", "quasi_dense", "--to",
-                                  "quasi_dense_matcher"});
+  const ProgramResult foreign = RunProgram(
+      "lsmvs-mesher",
+      {workspace.text(), "--point_source", "quasi_dense", "--to", "quasi_dense_matcher"});
   ExpectSuccess(foreign);
   EXPECT_THAT(foreign.out, HasSubstr("used as it"));
   EXPECT_EQ(ReadText(workspace / "fused.ply"), fused);
@@ -130,12 +130,13 @@ TEST_P(Sources, MaskedPixelsGiveNoPoints) {
   EXPECT_GT(masked, whole / 4);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Points, Sources,
-    testing::Values(std::vector<std::string>{"--to", "stereo_fusion"},
-                    std::vector<std::string>{"--point_source", "quasi_dense", "--to",
-                                             "quasi_dense_matcher"}),
-    [](const auto& source) { return source.index == 0 ? "PatchMatch" : "QuasiDense"; });
+INSTANTIATE_TEST_SUITE_P(Points, Sources,
+                         testing::Values(std::vector<std::string>{"--to", "stereo_fusion"},
+                                         std::vector<std::string>{"--point_source", "quasi_dense",
+                                                                  "--to", "quasi_dense_matcher"}),
+                         [](const auto& source) {
+                           return source.index == 0 ? "PatchMatch" : "QuasiDense";
+                         });
 
 }  // namespace
 }  // namespace lsmvs
