@@ -11,8 +11,8 @@ namespace lsmvs {
 namespace {
 
 // Version of the method: a new one makes maps of older runs stale.
-constexpr const char* kStereoVersion = "1";
-constexpr const char* kFusionVersion = "1";
+constexpr const char* kStereoVersion = "2";
+constexpr const char* kFusionVersion = "2";
 
 // Part of the memory budget that cached depth maps may take.
 constexpr size_t kMapBudgetDivisor = 4;

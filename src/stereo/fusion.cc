@@ -7,6 +7,7 @@
 
 #include "lsmvs/stereo/plane_map.h"
 #include "lsmvs/stereo/view_geometry.h"
+#include "lsmvs/stereo/weak_support.h"
 
 namespace lsmvs {
 
@@ -18,6 +19,11 @@ constexpr double kSecondsPerPixel = 0.45e-6;
 constexpr double kBytesPerPixel = 70;
 constexpr double kPointsPerPixel = 0.25;
 constexpr double kBytesPerPoint = 110;  // arrays grow by doubling
+// A view sees through a point if its map lies so many times the thresholds behind it.
+constexpr double kSeeThroughFactor = 2;
+// Pixels of weak support must hang together over the area of a matching window: less repeats the
+// evidence of one window.
+constexpr int kMinWeakArea = 121;
 
 // One bit a pixel.
 class PixelSet {
@@ -59,18 +65,25 @@ struct Evidence {
   explicit Evidence(size_t num_pixels, size_t num_neighbors)
       : estimates(num_neighbors, std::vector<float>(num_pixels, kNoEstimate)),
         normal_sums(num_pixels, Eigen::Vector3f::Zero()),
-        color_sums(num_pixels, Eigen::Vector3f::Zero()) {}
+        color_sums(num_pixels, Eigen::Vector3f::Zero()),
+        num_agree(num_pixels, 0),
+        num_close(num_pixels, 0),
+        num_see_through(num_pixels, 0) {}
   std::vector<std::vector<float>> estimates;  // depth on the reference's ray, or kNoEstimate
   std::vector<Eigen::Vector3f> normal_sums;   // world
   std::vector<Eigen::Vector3f> color_sums;
+  std::vector<uint16_t> num_agree;        // neighbours with an estimate
+  std::vector<uint16_t> num_close;        // ... that lies within weak_max_reproj_error
+  std::vector<uint16_t> num_see_through;  // neighbours whose map lies behind the pixel's point
 };
 
 struct Thresholds {
   explicit Thresholds(const FusionOptions& options)
       : depth(options.max_depth_error),
         cos_normal(std::cos(options.max_normal_error * std::numbers::pi / 180)),
-        reproj(options.max_reproj_error) {}
-  double depth, cos_normal, reproj;
+        reproj(options.max_reproj_error),
+        weak_reproj(std::min(options.weak_max_reproj_error, options.max_reproj_error)) {}
+  double depth, cos_normal, reproj, weak_reproj;
 };
 
 }  // namespace
@@ -87,6 +100,10 @@ void FusionOptions::Describe(OptionSet* options) {
                "relative difference of depth within which a pixel joins a point", {0.0, 1.0});
   options->Add(name("max_normal_error"), &max_normal_error,
                "degrees between normals within which a pixel joins a point", {0.0, 180.0});
+  options->Add(name("weak_max_reproj_error"), &weak_max_reproj_error,
+               "pixels of agreement with which one view less than min_num_pixels is enough, where "
+               "no view sees through the point; 0: never",
+               {0.0, 100.0});
   options->Add(name("check_num_images"), &check_num_images,
                "neighbouring views checked a reference view", {1, 1000});
 }
@@ -105,7 +122,9 @@ class Fuser {
   void FuseView(int view_idx, const RunContext& context);
   void Collect(const LoadedView& reference, const PixelSet& covered, const LoadedView& neighbor,
                size_t slot, Evidence* evidence, const RunContext& context) const;
-  VisibilityCloud FuseRow(const LoadedView& reference, int view_idx, const PixelSet& covered,
+  Raster<uint8_t> Accept(const LoadedView& reference, const PixelSet& covered,
+                         const Evidence& evidence) const;
+  VisibilityCloud FuseRow(const LoadedView& reference, int view_idx, const Raster<uint8_t>& support,
                           const Evidence& evidence, int row) const;
   void Cover(const VisibilityCloud& points, const RunContext& context);
 
@@ -186,23 +205,31 @@ void Fuser::Collect(const LoadedView& reference, const PixelSet& covered,
     const double center_depth = map.depth(to_column, to_row);
     if (!(center_depth > 0) || neighbor.MaskedOut(to_column, to_row)) return;
     const Eigen::Vector3d normal = map.normal(to_column, to_row).cast<double>();
-    const Eigen::Vector3d reference_normal =
-        neighbor_from_reference.rotation * reference.map->normal.pixels[pixel].cast<double>();
-    if (normal.dot(reference_normal) < thresholds_.cos_normal) return;
     // The neighbour's plane, at its pixel's centre, meets its ray through x and the reference's
     // ray.
     const double offset = center_depth * normal.dot(neighbor.camera.PixelRay(to_column, to_row));
     const double seen_depth = offset / normal.dot(neighbor.camera.Ray(x_px));
-    if (!(std::abs(seen_depth - x.z()) <= thresholds_.depth * x.z())) return;
+    if (!(seen_depth > 0)) return;
     const Eigen::Vector3d seen = reference_from_neighbor * (seen_depth * neighbor.camera.Ray(x_px));
     const Eigen::Vector2d back_px = reference.camera.Project(seen);
-    if ((back_px - Eigen::Vector2d(column + 0.5, row + 0.5)).norm() > thresholds_.reproj) return;
+    const double error_px = (back_px - Eigen::Vector2d(column + 0.5, row + 0.5)).norm();
+    const double step = seen_depth - x.z();
+    if (step > kSeeThroughFactor * thresholds_.depth * x.z() &&
+        error_px > kSeeThroughFactor * thresholds_.reproj) {
+      ++evidence->num_see_through[pixel];
+    }
+    if (std::abs(step) > thresholds_.depth * x.z() || error_px > thresholds_.reproj) return;
+    const Eigen::Vector3d reference_normal =
+        neighbor_from_reference.rotation * reference.map->normal.pixels[pixel].cast<double>();
+    if (normal.dot(reference_normal) < thresholds_.cos_normal) return;
     const double along = normal.dot(neighbor_from_reference.rotation * ray);
     const double estimate = (offset - normal.dot(neighbor_from_reference.translation)) / along;
     if (!(std::abs(estimate - depth) <= 2 * thresholds_.depth * depth)) return;
     evidence->estimates[slot][pixel] = static_cast<float>(estimate);
     evidence->normal_sums[pixel] += (world_from_neighbor * normal).cast<float>();
     evidence->color_sums[pixel] += neighbor.ColorAt(to_column, to_row).cast<float>();
+    ++evidence->num_agree[pixel];
+    if (error_px <= thresholds_.weak_reproj) ++evidence->num_close[pixel];
   };
   ParallelFor(context, static_cast<size_t>(reference.camera.height), 8, [&](size_t r) {
     const int row = static_cast<int>(r);
@@ -233,8 +260,32 @@ double RobustMean(std::vector<float>* values) {
   return sum / sum_weights;
 }
 
-VisibilityCloud Fuser::FuseRow(const LoadedView& reference, int view_idx, const PixelSet& covered,
-                               const Evidence& evidence, int row) const {
+// Pixels of the reference that become points: those with views enough, and those with one fewer
+// that agree closely where no other view sees through them, as far as they hang together.
+Raster<uint8_t> Fuser::Accept(const LoadedView& reference, const PixelSet& covered,
+                              const Evidence& evidence) const {
+  const Raster<float>& depths = reference.map->depth;
+  Raster<uint8_t> support(depths.width, depths.height, kNoSupport);
+  for (size_t i = 0; i < support.size(); ++i) {
+    if (!(depths.pixels[i] > 0)) continue;
+    const int num_close = evidence.num_close[i];
+    const bool weak = num_close > 0 && num_close + 2 >= options_.min_num_pixels &&
+                      evidence.num_see_through[i] == 0;
+    if (covered.Has(i)) {
+      support.pixels[i] = kCovered;
+    } else if (1 + evidence.num_agree[i] >= options_.min_num_pixels) {
+      support.pixels[i] = kSupported;
+    } else if (weak && options_.weak_max_reproj_error > 0) {
+      support.pixels[i] = kWeakSupport;
+    }
+  }
+  DropSmallWeakAreas(depths, options_.max_depth_error, kMinWeakArea, &support);
+  return support;
+}
+
+VisibilityCloud Fuser::FuseRow(const LoadedView& reference, int view_idx,
+                               const Raster<uint8_t>& support, const Evidence& evidence,
+                               int row) const {
   VisibilityCloud points;
   const Rigid3 world_from_reference = reference.view->cam_from_world.Inverse();
   const std::vector<int>& neighbor_idxs = neighbor_idxs_[static_cast<size_t>(view_idx)];
@@ -243,7 +294,8 @@ VisibilityCloud Fuser::FuseRow(const LoadedView& reference, int view_idx, const 
   for (int column = 0; column < reference.camera.width; ++column) {
     const size_t pixel = reference.map->depth.Index(column, row);
     const float depth = reference.map->depth.pixels[pixel];
-    if (!(depth > 0) || covered.Has(pixel) || reference.MaskedOut(column, row)) continue;
+    const uint8_t kind = support.pixels[pixel];
+    if (kind == kNoSupport || kind == kCovered || reference.MaskedOut(column, row)) continue;
     depths.assign(1, depth);
     views.assign(1, static_cast<uint32_t>(view_idx));
     for (size_t slot = 0; slot < neighbor_idxs.size(); ++slot) {
@@ -252,7 +304,6 @@ VisibilityCloud Fuser::FuseRow(const LoadedView& reference, int view_idx, const 
       if (static_cast<int>(depths.size()) < options_.max_num_pixels) depths.push_back(estimate);
       views.push_back(static_cast<uint32_t>(neighbor_idxs[slot]));
     }
-    if (static_cast<int>(views.size()) < options_.min_num_pixels) continue;
     const Eigen::Vector3d x =
         world_from_reference * (RobustMean(&depths) * reference.camera.PixelRay(column, row));
     if (!options_.bounding_box.isEmpty() &&
@@ -317,9 +368,10 @@ void Fuser::FuseView(int view_idx, const RunContext& context) {
     remember(neighbor_idxs[slot], neighbor);
     Collect(reference, covered, neighbor, slot, &evidence, context);
   }
+  const Raster<uint8_t> support = Accept(reference, covered, evidence);
   std::vector<VisibilityCloud> rows(static_cast<size_t>(reference.camera.height));
   ParallelFor(context, rows.size(), 8, [&](size_t row) {
-    rows[row] = FuseRow(reference, view_idx, covered, evidence, static_cast<int>(row));
+    rows[row] = FuseRow(reference, view_idx, support, evidence, static_cast<int>(row));
   });
   VisibilityCloud points;
   for (const VisibilityCloud& row : rows) Append(row, &points);

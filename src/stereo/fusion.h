@@ -27,6 +27,11 @@ struct FusionOptions {
   double max_depth_error = 0.01;
   // Degrees between normals within which a pixel joins a point.
   double max_normal_error = 10.0;
+  // One view less than min_num_pixels is enough (but never one alone) where views agree within so
+  // many pixels and no view sees through the point, so that borders of the scene, which few views
+  // see, are not lost. Such pixels must hang together over the area of a matching window. 0: never.
+  // Lower is cleaner.
+  double weak_max_reproj_error = 1.0;
   // Views checked a reference view, nearest first.
   int check_num_images = 50;
   // Points outside are dropped. In the world of the files (Scene::world_offset is handled). Empty:

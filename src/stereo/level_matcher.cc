@@ -20,6 +20,9 @@ constexpr float kPriorTolerancePx = 0.5f;
 // Slopes count by the displacement that they cause at this distance from the centre.
 constexpr float kPriorReachPx = 3.0f;
 
+// ZNCC that is asked of a window which only one source sees.
+constexpr float kMinSingleZncc = 0.5f;
+
 // Uniform in [-1, 1): a hash of its arguments.
 float Noise(uint64_t salt, uint32_t pixel, uint32_t draw) {
   uint64_t h = salt + pixel * 0x9E3779B97F4A7C15ull + draw * 0xD1B54A32D192ED03ull;
@@ -335,8 +338,8 @@ void LevelMatcher::Filter(const FilterSettings& settings, const RunContext& cont
   const auto filter = [&](Packet* packet) {
     alignas(64) float value[kPacketSize];
     std::array<float, kPacketSize> best, second;
-    best.fill(-1.0f);
-    second.fill(-1.0f);
+    best.fill(kInvalidZncc);
+    second.fill(kInvalidZncc);
     for (const uint8_t source : packet->views) {
       packet->scorer.Zncc(packet->planes, source, value);
       for (int lane = 0; lane < kPacketSize; ++lane) {
@@ -351,11 +354,14 @@ void LevelMatcher::Filter(const FilterSettings& settings, const RunContext& cont
         num_consistent[lane] += value[lane] <= settings.max_error_px;
       }
     }
-    const bool several = packet->views.size() > 1;
     for (int lane = 0; lane < kPacketSize; ++lane) {
+      // A window that one source alone sees must match it well.
+      const bool several = second[lane] > kInvalidZncc;
       const float zncc = several ? 0.5f * (best[lane] + second[lane]) : best[lane];
+      const float min_zncc =
+          several ? settings.min_zncc : std::max(settings.min_zncc, kMinSingleZncc);
       const float texture = packet->scorer.patch().variance[lane];
-      const float needed = settings.min_zncc * texture / (texture + problem_.noise_variance);
+      const float needed = min_zncc * texture / (texture + problem_.noise_variance);
       const bool keep =
           zncc >= needed && (!geometric || num_consistent[lane] >= settings.min_num_consistent);
       if (!keep) packet->planes.q[lane] = 0;

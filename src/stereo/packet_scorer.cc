@@ -5,6 +5,36 @@
 
 namespace lsmvs {
 
+namespace {
+
+// Stands for the cost of a source that does not see a window; larger than any cost.
+constexpr float kUnseen = 1e9f;
+// Cost that a source without a view of the window has at least: about the smallest of several
+// chance matches.
+constexpr float kUnseenCost = 0.6f;
+
+// Mean of the `num_best` smallest costs. A source that sees nothing is taken to match as well as
+// the others do, but no better than kUnseenCost: a hypothesis that few sources can judge is not
+// beaten by chance where more can, nor does it win by leaving images.
+void MeanOverSeen(const float (*best)[kPacketSize], int num_best, float* cost) {
+  alignas(64) float sum[kPacketSize] = {}, num_seen[kPacketSize] = {};
+  for (int k = 0; k < num_best; ++k) {
+    for (int i = 0; i < kPacketSize; ++i) {
+      const bool seen = best[k][i] < kUnseen;
+      sum[i] += seen ? best[k][i] : 0.0f;
+      num_seen[i] += seen ? 1.0f : 0.0f;
+    }
+  }
+  const float count = static_cast<float>(num_best);
+  for (int i = 0; i < kPacketSize; ++i) {
+    const float mean = num_seen[i] > 0 ? sum[i] / num_seen[i] : kMaxPhotometricCost;
+    const float unseen = std::max(mean, kUnseenCost);
+    cost[i] = (sum[i] + (count - num_seen[i]) * unseen) / count;
+  }
+}
+
+}  // namespace
+
 PacketScorer::PacketScorer(const MatchingProblem& problem, const PacketPixels& pixels)
     : problem_(problem) {
   BuildPatch(*problem.gray, problem.weights, pixels, &patch_);
@@ -24,10 +54,11 @@ void PacketScorer::Cost(const PlanePacket& planes, std::span<const uint8_t> view
                         float* cost) const {
   alignas(64) float best[kMaxSources][kPacketSize];
   alignas(64) float value[kPacketSize], error[kPacketSize];
-  for (int k = 0; k < num_best; ++k) std::fill_n(best[k], kPacketSize, 1e9f);
+  for (int k = 0; k < num_best; ++k) std::fill_n(best[k], kPacketSize, kUnseen);
   for (const uint8_t source : views) {
     Zncc(planes, source, value);
-    for (float& x : value) x = std::min(kMaxPhotometricCost, 1.0f - x);
+    for (float& x : value)
+      x = x == kInvalidZncc ? kUnseen : std::min(kMaxPhotometricCost, 1.0f - x);
     if (!problem_.source_planes.empty()) {
       GeometricError(planes, source, error);
       for (int i = 0; i < kPacketSize; ++i) {
@@ -42,11 +73,7 @@ void PacketScorer::Cost(const PlanePacket& planes, std::span<const uint8_t> view
       }
     }
   }
-  for (int i = 0; i < kPacketSize; ++i) {
-    float sum = 0;
-    for (int k = 0; k < num_best; ++k) sum += best[k][i];
-    cost[i] = sum / static_cast<float>(num_best);
-  }
+  MeanOverSeen(best, num_best, cost);
 }
 
 }  // namespace lsmvs

@@ -23,8 +23,8 @@ struct MatchingProblem {
 };
 
 constexpr int kMaxSources = 16;
-// 1 - ZNCC is cut here: anticorrelated is no worse than uncorrelated. Also the cost of a window
-// that a source does not see.
+// 1 - ZNCC is cut here: anticorrelated is no worse than uncorrelated. Also the cost of a plane that
+// puts the window outside all sources.
 constexpr float kMaxPhotometricCost = 1.2f;
 
 // Costs of planes at 16 pixels over the sources `views` (positions in problem.sources).
@@ -37,7 +37,9 @@ class PacketScorer {
   // Forward-backward error in reference pixels, cut at geometric_max_px; the cut value where the
   // map says nothing.
   void GeometricError(const PlanePacket& planes, int source, float* error_px) const;
-  // 1 - ZNCC plus the geometric term, mean over the `num_best` cheapest of the sources.
+  // 1 - ZNCC plus the geometric term, mean over the `num_best` cheapest of the sources. Where fewer
+  // see the window, the missing ones count as those that do, if a little pessimistically: a pixel
+  // at the border of the scene that two views see is matched with two.
   void Cost(const PlanePacket& planes, std::span<const uint8_t> views, int num_best,
             float* cost) const;
   const PatchPacket& patch() const { return patch_; }

@@ -25,6 +25,10 @@ constexpr double kSecondsPerSample = 1.2e-9;
 constexpr double kSecondsPerPixel = 1.5e-6;
 constexpr double kBytesPerPixel = 100;
 constexpr double kBytesPerNeighborPixel = 19;
+// Sparse points are few on ground before the camera and on what stands behind the scene: depths so
+// many times beyond their range are tried as well. It costs nothing: planes start from the points
+// and spread, and inverse depth hardly grows beyond the far end.
+constexpr double kWidenNear = 1.6, kWidenFar = 3.2;
 // Grey variance that rounding leaves at any level.
 constexpr double kRoundingVariance = 0.05;
 
@@ -74,8 +78,8 @@ class ViewMatcher {
     for (const Neighbor& neighbor : neighbors) {
       if (neighbor_idxs_.size() < limit) neighbor_idxs_.push_back(neighbor.view_idx);
     }
-    const double near = options.depth_min.value_or(range.min);
-    const double far = options.depth_max.value_or(range.max);
+    const double near = options.depth_min.value_or(range.min / kWidenNear);
+    const double far = options.depth_max.value_or(range.max * kWidenFar);
     if (near > 0 && far > near) {
       min_q_ = static_cast<float>(1 / far);
       max_q_ = static_cast<float>(1 / near);

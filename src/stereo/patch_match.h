@@ -20,12 +20,11 @@ namespace lsmvs {
 // maps of the pass before, so that a stopped run resumes at the next view and views can be spread
 // over machines:
 //   photometric  EstimateDepthMap(..., maps = null): images only. With `geom_consistency` its maps
-//   stop at half resolution
-//                (level 1 of the image store) and are not filtered: they only serve the next pass.
+//                stop at half resolution (level 1 of the image store) and are not filtered: they
+//                only serve the next pass.
 //   geometric    EstimateDepthMap(..., maps = the photometric maps): starts from the view's own
-//   photometric map, asks that
-//                neighbours' photometric maps agree, refines to full resolution and filters. What
-//                fusion takes.
+//                photometric map, asks that neighbours' photometric maps agree, refines to full
+//                resolution and filters. What fusion takes.
 // Without `geom_consistency` there is the photometric pass alone: full resolution and filtered.
 struct PatchMatchOptions {
   // Half size of the matching window in pixels, at every level. Larger is smoother and blurs
@@ -60,8 +59,9 @@ struct PatchMatchOptions {
   double filter_min_ncc = 0.1;
   // Smallest angle (degrees) between the rays of the reference and the best consistent neighbour.
   double filter_min_triangulation_angle = 3.0;
-  // Neighbours that must agree with a pixel's depth.
-  int filter_min_num_consistent = 2;
+  // Neighbours that must agree with a pixel's depth. One keeps what only two views see, at the
+  // borders of a scene; fusion decides what it trusts of that.
+  int filter_min_num_consistent = 1;
   // Forward-backward error (pixels) up to which a neighbour agrees.
   double filter_geom_consistency_max_cost = 1.0;
 
@@ -74,9 +74,9 @@ struct PatchMatchOptions {
 
 // Depth and normals of one view at the centres of its pixels.
 //   neighbors  of this view, best first (SelectNeighbors); without any the map is empty of depths.
-//   range      of depth in this view; widened inside where sparse points say so. {0, 0}: empty map.
+//   range      of the sparse points' depth in this view; widened inside. {0, 0}: empty map.
 //   maps       null for the photometric pass; else the photometric maps of this view and its
-//   neighbours (any resolution).
+//              neighbours (any resolution).
 // Pixels that the mask excludes, that no neighbour sees or (where filtered) that fail a filter have
 // depth 0. Same bytes for any number of threads. Memory: about 60 bytes a pixel of this view and 12
 // a pixel of each neighbour, plus what the image store and `maps` hold. Time: see

@@ -67,7 +67,9 @@ TEST(FuseDepthMaps, PutsPointsOnTheTrueSurface) {
 
 TEST(FuseDepthMaps, ListsViewsThatSeeThePoint) {
   const TrueMaps input(ShapeName::kSphereOnGround);
-  const VisibilityCloud cloud = input.Fuse({});
+  FusionOptions options;
+  options.weak_max_reproj_error = 0;
+  const VisibilityCloud cloud = input.Fuse(options);
   ASSERT_GT(cloud.size(), 1000u);
   size_t num_seen = 0, num_listed = 0;
   for (size_t p = 0; p < cloud.size(); p += 7) {
@@ -85,6 +87,65 @@ TEST(FuseDepthMaps, ListsViewsThatSeeThePoint) {
     }
   }
   EXPECT_GT(static_cast<double>(num_seen), 0.98 * static_cast<double>(num_listed));
+}
+
+size_t CountPairs(const VisibilityCloud& cloud) {
+  size_t count = 0;
+  for (size_t p = 0; p < cloud.size(); ++p) count += cloud.ViewsOf(p).size() == 2;
+  return count;
+}
+
+// All maps but those of views 2 and 3 are emptied.
+void KeepOnePair(TrueMaps* input) {
+  for (size_t v = 0; v < input->maps.size(); ++v) {
+    if (v != 2 && v != 3) input->maps[v].depth.pixels.assign(input->maps[v].depth.size(), 0.0f);
+  }
+}
+
+TEST(FuseDepthMaps, TakesWhatAPairSeesWhereNoOtherViewCouldTell) {
+  TrueMaps input(ShapeName::kRelief);
+  KeepOnePair(&input);
+  const VisibilityCloud cloud = input.Fuse({});
+  EXPECT_GT(cloud.size(), 3000u);
+  EXPECT_EQ(CountPairs(cloud), cloud.size());
+  const SurfaceError error = MeasureCloud(cloud, input.synthetic);
+  EXPECT_LT(error.p95, 0.2 * input.synthetic.gsd);
+  FusionOptions options;
+  options.weak_max_reproj_error = 0;
+  EXPECT_EQ(input.Fuse(options).size(), 0u);
+}
+
+TEST(FuseDepthMaps, DropsWhatAPairSeesWhereAnotherViewSeesThroughIt) {
+  TrueMaps input(ShapeName::kStep);
+  // Views 2 and 3 agree on a sheet before the surface; the others see the surface.
+  for (const size_t v : {2, 3}) {
+    const View& view = input.scene().views[v];
+    DepthMap& map = input.maps[v];
+    const Eigen::Vector3d normal = view.cam_from_world.rotation * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d on_sheet = view.cam_from_world * Eigen::Vector3d(0, 0, 0.9);
+    for (int row = 0; row < map.depth.height; ++row) {
+      for (int column = 0; column < map.depth.width; ++column) {
+        map.depth(column, row) = static_cast<float>(normal.dot(on_sheet) /
+                                                    normal.dot(view.camera.PixelRay(column, row)));
+        map.normal(column, row) = normal.cast<float>();
+      }
+    }
+  }
+  const VisibilityCloud cloud = input.Fuse({});
+  for (const Eigen::Vector3f& x : cloud.positions) ASSERT_LT(x.z(), 0.85f);
+}
+
+TEST(FuseDepthMaps, DropsScatteredPairs) {
+  TrueMaps input(ShapeName::kStep);
+  KeepOnePair(&input);
+  Raster<float>& depth = input.maps[2].depth;
+  for (int row = 0; row < depth.height; ++row) {
+    for (int column = 0; column < depth.width; ++column) {
+      if (column % 20 > 8 || row % 20 > 8) depth(column, row) = 0;
+    }
+  }
+  const VisibilityCloud cloud = input.Fuse({});
+  EXPECT_EQ(cloud.size(), 0u);
 }
 
 TEST(FuseDepthMaps, AveragesNoiseAway) {
@@ -159,6 +220,7 @@ TEST(FusionOptions, HaveValidDefaultsAndNameWhatIsOutOfBounds) {
   expect_refused(&FusionOptions::max_reproj_error, -1.0, "max_reproj_error");
   expect_refused(&FusionOptions::max_depth_error, 2.0, "max_depth_error");
   expect_refused(&FusionOptions::max_normal_error, 181.0, "max_normal_error");
+  expect_refused(&FusionOptions::weak_max_reproj_error, -1.0, "weak_max_reproj_error");
   expect_refused(&FusionOptions::check_num_images, 0, "check_num_images");
 }
 
