@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "lsmvs/stereo/packet_scorer.h"
+#include "lsmvs/stereo/quasi_dense_window_internal.h"
 
 namespace lsmvs {
 namespace {
@@ -102,6 +103,25 @@ void BM_ForwardBackwardError(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * kPacketSize);
 }
 BENCHMARK(BM_ForwardBackwardError);
+
+// One window against candidates along an epipolar line, as quasi-dense matching scores them.
+void BM_CompareWindow(benchmark::State& state) {
+  const BenchScene scene;
+  const quasi_dense::CellImage cells = quasi_dense::PackCells(scene.gray);
+  const auto pattern = quasi_dense::MakeWindowPattern(static_cast<int>(state.range(0)));
+  quasi_dense::WindowWarp warp{
+      .x = 700, .y = 500, .xx = 1.05f, .xy = 0.1f, .yx = -0.1f, .yy = 0.9f};
+  quasi_dense::ReferenceWindow reference;
+  quasi_dense::ReadReferenceWindow(cells, pattern, warp, &reference);
+  for (auto _ : state) {
+    warp.x = warp.x < 900 ? warp.x + 0.5f : 500;
+    benchmark::DoNotOptimize(quasi_dense::CompareWindow(cells, pattern, warp, reference));
+  }
+  const double samples = static_cast<double>(state.iterations()) * pattern.num_samples;
+  state.counters["samples"] = benchmark::Counter(samples, benchmark::Counter::kIsRate);
+  state.SetLabel(ScorePacketTarget());
+}
+BENCHMARK(BM_CompareWindow)->Arg(3)->Arg(5)->Arg(7);
 
 }  // namespace
 }  // namespace lsmvs
