@@ -64,16 +64,22 @@ TEST(Threads, OneAndTwoGiveTheSameBytes) {
 class Stopped : public testing::TestWithParam<int> {};
 
 TEST_P(Stopped, EndsCleanlyAndGoesOn) {
-  const SmallWorkspace workspace;
   const ProgramResult whole = RunProgram("lsmvs-mesher", {SmallWorkspace().text()});
   ProgramOptions options;
   options.signal = GetParam();
-  options.signal_after = std::chrono::microseconds(static_cast<int>(whole.seconds * 0.5e6));
-  const ProgramResult stopped = RunProgram("lsmvs-mesher", {workspace.text()}, options);
-  if (stopped.exit_code == 0) GTEST_SKIP() << "the run was faster than the signal";
-  ExpectError(stopped, 130, {"cancelled"});
-  EXPECT_TRUE(FindLeftovers(workspace.path()).empty());
-  ExpectSuccess(RunProgram("lsmvs-mesher", {workspace.text()}));
+  // A run that ends before its signal, on a machine with much else to do, is tried again, with an
+  // earlier one.
+  for (double share = 0.6; share > 0.05; share *= 0.8) {
+    const SmallWorkspace workspace;
+    options.signal_after = std::chrono::microseconds(static_cast<int>(whole.seconds * share * 1e6));
+    const ProgramResult stopped = RunProgram("lsmvs-mesher", {workspace.text()}, options);
+    if (stopped.exit_code == 0) continue;
+    ExpectError(stopped, 130, {"cancelled"});
+    EXPECT_TRUE(FindLeftovers(workspace.path()).empty());
+    ExpectSuccess(RunProgram("lsmvs-mesher", {workspace.text()}));
+    return;
+  }
+  FAIL() << "no run was stopped";
 }
 
 INSTANTIATE_TEST_SUITE_P(Signals, Stopped, testing::Values(SIGINT, SIGTERM));

@@ -74,7 +74,8 @@ class MesherCommand : public Command {
                       {"extreme", Quality::kExtreme}});
     options->AddEnum("point_source", &point_source_,
                      "How points come from photos: patch_match by depth maps and their fusion; "
-                     "quasi_dense by interest points, a few per cent of the time and fewer points; "
+                     "quasi_dense by interest points, in about a quarter of the time and with a "
+                     "tenth of the points; "
                      "auto: quasi_dense with --quality low, else patch_match.",
                      {{"auto", std::nullopt},
                       {"patch_match", PointSource::kPatchMatch},
