@@ -44,9 +44,7 @@ class LoopFiller {
 
   // Empty if there is none.
   std::vector<Eigen::Vector3i> Run() {
-    for (size_t i = 0; i + 1 < n_; ++i) {
-      if (ShortEnough(i, i + 1)) cost_[i * n_ + i + 1] = 0;
-    }
+    for (size_t i = 0; i + 1 < n_; ++i) cost_[i * n_ + i + 1] = 0;
     for (size_t gap = 2; gap < n_; ++gap) {
       for (size_t i = 0; i + gap < n_; ++i) Solve(i, i + gap);
     }
@@ -56,16 +54,13 @@ class LoopFiller {
   }
 
  private:
-  bool ShortEnough(size_t i, size_t j) const {
-    const int a = loop_[i], b = loop_[j];
-    return !options_.max_edge_length ||
-           (mesh_.vertices[a] - mesh_.vertices[b]).norm() <= options_.max_edge_length(a, b);
+  bool Accepted(size_t i, size_t k, size_t j) const {
+    return !options_.accept || options_.accept({loop_[i], loop_[k], loop_[j]});
   }
   bool MayJoin(size_t i, size_t j) const {
     const bool side = j == i + 1 || (i == 0 && j + 1 == n_);
-    return ShortEnough(i, j) &&
-           (side || !std::binary_search(edges_.begin(), edges_.end(),
-                                        Edge(std::minmax(loop_[i], loop_[j]))));
+    return side ||
+           !std::binary_search(edges_.begin(), edges_.end(), Edge(std::minmax(loop_[i], loop_[j])));
   }
   double Area(size_t i, size_t j, size_t k) const {
     const Eigen::Vector3d& a = mesh_.vertices[loop_[i]];
@@ -76,7 +71,7 @@ class LoopFiller {
     for (size_t k = i + 1; k < j; ++k) {
       const double area = Area(i, k, j);
       const double cost = cost_[i * n_ + k] + cost_[k * n_ + j] + area;
-      if (!(area > 0) || cost >= cost_[i * n_ + j]) continue;
+      if (!(area > 0) || cost >= cost_[i * n_ + j] || !Accepted(i, k, j)) continue;
       cost_[i * n_ + j] = cost;
       apex_[i * n_ + j] = static_cast<int>(k);
     }

@@ -34,13 +34,13 @@ std::vector<std::vector<int>> FindBorderLoops(const TriangleMesh& mesh);
 
 struct HoleClosingOptions {
   int max_num_edges = 40;
-  // Faces with an edge longer than this would not be added; the hole stays.
-  std::function<double(int vertex_a, int vertex_b)> max_edge_length;
+  // Whether a face may be added; without it all may. If there is no way to close a hole, it stays.
+  std::function<bool(const Eigen::Vector3i& face)> accept;
 };
 
 // Closes small holes by triangles between the vertices of their borders, of least total area. A
-// hole stays open if every way to close it would repeat an edge of the mesh or exceed
-// max_edge_length. Adds no vertices. Returns the number of closed holes. O(h^3) for a hole of h
+// hole stays open if every way to close it would repeat an edge of the mesh or need a face that
+// is not accepted. Adds no vertices. Returns the number of closed holes. O(h^3) for a hole of h
 // edges.
 size_t CloseHoles(const HoleClosingOptions& options, TriangleMesh* mesh);
 

@@ -33,10 +33,12 @@ void VisibilityMesherOptions::Describe(OptionSet* options) {
       "Facets with an edge longer than this times the usual edge length are dropped; 0 keeps "
       "all",
       {0, 1e6});
+  options->Add(group + "max_depth_extent_factor", &max_depth_extent_factor,
+               "Facets that reach farther than this times the usual edge length along the lines of "
+               "sight of all views that see them are dropped; 0 keeps all",
+               {0, 1e6});
   options->Add(group + "max_side_length_percentile", &max_side_length_percentile,
                "Percentile of the longest facet edges that is the usual edge length", {0, 100});
-  options->Add(group + "weak_surface_boost", &weak_surface_boost,
-               "Boost of weakly supported surfaces, for sparse clouds; 0 is off", {0, 1e4});
   options->Add(group + "min_component_fraction", &min_component_fraction,
                "Components with less than this fraction of the largest one's faces are dropped",
                {0, 1});

@@ -1,6 +1,8 @@
 #include "lsmvs/surface/surface_cleaning.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -11,12 +13,10 @@ namespace lsmvs {
 
 namespace {
 
-double LongestEdge(const TriangleMesh& mesh, size_t face) {
-  const Eigen::Vector3i& f = mesh.faces[face];
+double LongestEdge(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Vector3i& face) {
   double squared = 0;
   for (int k = 0; k < 3; ++k) {
-    squared =
-        std::max(squared, (mesh.vertices[f[k]] - mesh.vertices[f[(k + 1) % 3]]).squaredNorm());
+    squared = std::max(squared, (vertices[face[k]] - vertices[face[(k + 1) % 3]]).squaredNorm());
   }
   return std::sqrt(squared);
 }
@@ -39,19 +39,26 @@ double Percentile(std::vector<double> values, double percentile) {
 
 class Cleaner {
  public:
-  Cleaner(const MergedCloud& cloud, const SurfaceCleaningOptions& options,
+  Cleaner(const Scene& scene, const MergedCloud& cloud, const SurfaceCleaningOptions& options,
           const RunContext& context, ExtractedSurface* surface)
       : cloud_(cloud),
         options_(options),
         context_(context),
         mesh_(surface->mesh),
-        vertex_point_(surface->vertex_point) {}
+        vertex_point_(surface->vertex_point) {
+    for (const View& view : scene.views) {
+      centers_.push_back(cloud.frame.FromWorld(view.CenterInWorld()));
+    }
+  }
 
   SurfaceCleaningCounters Run() {
+    MeasureLengths();
     if (options_.max_side_length_factor > 0) DropLongFaces();
+    if (options_.max_depth_extent_factor > 0) DropWebs();
     DropFloatingComponents();
     for (const int source : SplitNonManifoldVertices(&mesh_)) {
       vertex_point_.push_back(vertex_point_[source]);
+      local_length_.push_back(local_length_[source]);
     }
     RemoveUnused();
     if (options_.max_hole_edges > 0) CloseSmallHoles();
@@ -62,14 +69,53 @@ class Cleaner {
   }
 
  private:
-  void DropLongFaces() {
+  void MeasureLengths() {
     std::vector<double> longest(mesh_.faces.size());
-    for (size_t f = 0; f < longest.size(); ++f) longest[f] = LongestEdge(mesh_, f);
+    for (size_t f = 0; f < longest.size(); ++f)
+      longest[f] = LongestEdge(mesh_.vertices, mesh_.faces[f]);
+    if (longest.empty()) return;
     usual_length_ = Percentile(longest, options_.max_side_length_percentile);
     local_length_ = LocalLengths(mesh_, longest);
-    counters_.num_dropped_facets = FilterFaces(&mesh_, [&](size_t f) {
-      return longest[f] <= options_.max_side_length_factor * UsualLength(mesh_.faces[f]);
-    });
+  }
+
+  void DropLongFaces() {
+    counters_.num_dropped_facets =
+        FilterFaces(&mesh_, [&](size_t f) { return !TooLong(mesh_.faces[f]); });
+  }
+  bool TooLong(const Eigen::Vector3i& face) const {
+    return LongestEdge(mesh_.vertices, face) > options_.max_side_length_factor * UsualLength(face);
+  }
+
+  void DropWebs() {
+    std::vector<char> web(mesh_.faces.size());
+    ParallelFor(context_, web.size(), 1 << 13, [&](size_t f) { web[f] = IsWeb(mesh_.faces[f]); });
+    counters_.num_dropped_webs = FilterFaces(&mesh_, [&](size_t f) { return !web[f]; });
+  }
+  bool IsWeb(const Eigen::Vector3i& face) const {
+    const double limit = options_.max_depth_extent_factor * UsualLength(face);
+    return LongestEdge(mesh_.vertices, face) > limit && LeastDepthExtent(face) > limit;
+  }
+
+  // How far the face reaches along the line of sight of the view in which that is least, among
+  // those that see a corner and look at its front.
+  double LeastDepthExtent(const Eigen::Vector3i& face) const {
+    const std::array<Eigen::Vector3d, 3> x = {mesh_.vertices[face[0]], mesh_.vertices[face[1]],
+                                              mesh_.vertices[face[2]]};
+    const Eigen::Vector3d middle = (x[0] + x[1] + x[2]) / 3,
+                          normal = (x[1] - x[0]).cross(x[2] - x[0]);
+    double least = std::numeric_limits<double>::infinity();
+    for (const int v : face) {
+      if (vertex_point_[v] < 0) return 0;
+      for (const Sight& sight : cloud_.SightsOf(static_cast<size_t>(vertex_point_[v]))) {
+        const Eigen::Vector3d to_view = centers_[sight.view_idx] - middle;
+        if (to_view.dot(normal) <= 0) continue;
+        const Eigen::Vector3d ray = to_view.normalized();
+        const auto [low, high] =
+            std::minmax({ray.dot(x[0] - middle), ray.dot(x[1] - middle), ray.dot(x[2] - middle)});
+        least = std::min(least, high - low);
+      }
+    }
+    return least;
   }
 
   double UsualLength(const Eigen::Vector3i& face) const {
@@ -102,16 +148,18 @@ class Cleaner {
     for (size_t v = 0; v < new_index.size(); ++v) {
       if (new_index[v] < 0) continue;
       vertex_point_[new_index[v]] = vertex_point_[v];
+      local_length_[new_index[v]] = local_length_[v];
     }
     vertex_point_.resize(mesh_.vertices.size());
   }
 
   void CloseSmallHoles() {
-    HoleClosingOptions closing{.max_num_edges = options_.max_hole_edges, .max_edge_length = {}};
-    if (options_.max_side_length_factor > 0) {
-      const double limit = options_.max_side_length_factor * usual_length_;
-      closing.max_edge_length = [limit](int, int) { return limit; };
-    }
+    HoleClosingOptions closing;
+    closing.max_num_edges = options_.max_hole_edges;
+    closing.accept = [&](const Eigen::Vector3i& face) {
+      return (options_.max_side_length_factor <= 0 || !TooLong(face)) &&
+             (options_.max_depth_extent_factor <= 0 || !IsWeb(face));
+    };
     counters_.num_closed_holes = CloseHoles(closing, &mesh_);
   }
 
@@ -125,6 +173,7 @@ class Cleaner {
   const MergedCloud& cloud_;
   const SurfaceCleaningOptions& options_;
   const RunContext& context_;
+  std::vector<Eigen::Vector3d> centers_;  // of the views, canonical
   TriangleMesh& mesh_;
   std::vector<int32_t>& vertex_point_;
   double usual_length_ = 0;
@@ -134,10 +183,10 @@ class Cleaner {
 
 }  // namespace
 
-SurfaceCleaningCounters CleanSurface(const MergedCloud& cloud,
+SurfaceCleaningCounters CleanSurface(const Scene& scene, const MergedCloud& cloud,
                                      const SurfaceCleaningOptions& options,
                                      const RunContext& context, ExtractedSurface* surface) {
-  return Cleaner(cloud, options, context, surface).Run();
+  return Cleaner(scene, cloud, options, context, surface).Run();
 }
 
 }  // namespace lsmvs

@@ -7,7 +7,8 @@
 namespace lsmvs {
 
 struct SurfaceCleaningOptions {
-  double max_side_length_factor = 16, max_side_length_percentile = 50;
+  double max_side_length_factor = 64, max_side_length_percentile = 50;
+  double max_depth_extent_factor = 6;
   double min_component_fraction = 0.002;
   int min_component_faces = 50;
   int max_hole_edges = 40;
@@ -15,13 +16,13 @@ struct SurfaceCleaningOptions {
 };
 
 struct SurfaceCleaningCounters {
-  size_t num_dropped_facets = 0, num_components = 0, num_dropped_components = 0,
-         num_dropped_component_faces = 0, num_closed_holes = 0;
+  size_t num_dropped_facets = 0, num_dropped_webs = 0, num_components = 0,
+         num_dropped_components = 0, num_dropped_component_faces = 0, num_closed_holes = 0;
 };
 
 // Drops facets that span what nobody measured and components that float, closes small holes,
 // smooths; sets vertex colours.
-SurfaceCleaningCounters CleanSurface(const MergedCloud& cloud,
+SurfaceCleaningCounters CleanSurface(const Scene& scene, const MergedCloud& cloud,
                                      const SurfaceCleaningOptions& options,
                                      const RunContext& context, ExtractedSurface* surface);
 

@@ -72,9 +72,9 @@ class Mesher {
   }
 
   void Weigh(const RunContext& context) {
-    const VisibilityWeightOptions weights{
-        options_.distance_sigma_factor, options_.sink_distance_factor,
-        options_.quality_regularization, options_.weak_surface_boost};
+    const VisibilityWeightOptions weights{options_.distance_sigma_factor,
+                                          options_.sink_distance_factor,
+                                          options_.quality_regularization};
     const VisibilityWeightCounters counters =
         WeighCells(scene_, merged_, weights, context, &complex_);
     result_.counters.num_rays = counters.num_rays;
@@ -98,11 +98,14 @@ class Mesher {
 
   void Clean() {
     const SurfaceCleaningOptions cleaning{
-        options_.max_side_length_factor, options_.max_side_length_percentile,
-        options_.min_component_fraction, options_.min_component_faces,
-        options_.max_hole_edges,         options_.smoothing_iterations};
-    const SurfaceCleaningCounters counters = CleanSurface(merged_, cleaning, context_, &surface_);
+        options_.max_side_length_factor,  options_.max_side_length_percentile,
+        options_.max_depth_extent_factor, options_.min_component_fraction,
+        options_.min_component_faces,     options_.max_hole_edges,
+        options_.smoothing_iterations};
+    const SurfaceCleaningCounters counters =
+        CleanSurface(scene_, merged_, cleaning, context_, &surface_);
     result_.counters.num_dropped_facets = counters.num_dropped_facets;
+    result_.counters.num_dropped_webs = counters.num_dropped_webs;
     result_.counters.num_components = counters.num_components;
     result_.counters.num_dropped_components = counters.num_dropped_components;
     result_.counters.num_dropped_component_faces = counters.num_dropped_component_faces;

@@ -38,15 +38,15 @@ struct VisibilityMesherOptions {
   double quality_regularization = 1.0;
   // Facets with an edge longer than this times the local and the global edge length (the percentile
   // below) span what nobody measured and are dropped. 0 keeps all.
-  double max_side_length_factor = 16.0;
+  double max_side_length_factor = 64.0;
+  // Facets that reach farther than this times the same edge length along the line of sight of every
+  // view that sees one of their corners from the front are webs between a foreground and what lies
+  // behind it, and are dropped. Raising it closes more of what nobody saw. 0 keeps all.
+  double max_depth_extent_factor = 6.0;
   // Percentile of the surface's longest facet edges that counts as its edge length.
   double max_side_length_percentile = 50.0;
-  // Boost of the inside behind vertices where the support for free space jumps (Jancosek and
-  // Pajdla). 0 is off. For sparse clouds; on dense ones it invents surface.
-  double weak_surface_boost = 0.0;
   // Components with less than this fraction of the largest one's faces, or with fewer faces than
-  // min_component_faces, are dropped unless they carry at least as much support per vertex as the
-  // largest.
+  // min_component_faces, are dropped; the largest stays.
   double min_component_fraction = 0.002;
   int min_component_faces = 50;
   // Holes with at most this many edges are closed. 0 closes none.
@@ -78,6 +78,7 @@ struct VisibilityMesherCounters {
   size_t num_empty_cells = 0;     // on the cameras' side of the cut
   size_t num_cut_facets = 0;      // of the cut, before cleaning
   size_t num_dropped_facets = 0;  // too long
+  size_t num_dropped_webs = 0;    // too deep along all lines of sight
   size_t num_split_vertices = 0;  // copies made so that the surface is manifold
   size_t num_components = 0;      // of the result
   size_t num_dropped_components = 0, num_dropped_component_faces = 0;
@@ -111,9 +112,9 @@ struct VisibilityMesherResult {
 //
 // The mesh: faces counter-clockwise seen from the cameras; manifold (vertices are split, no face is
 // dropped for that); without self-intersection when smoothing_iterations and max_hole_edges are 0;
-// closed except at the hull of the points and where facets were too long. Same bytes for any number
-// of threads; independent of the scene's unit, position and orientation up to the rounding of the
-// float input.
+// closed except at the hull of the points and where facets were too long or webs. Same bytes for
+// any number of threads; independent of the scene's unit, position and orientation up to the
+// rounding of the float input.
 //
 // Throws UsageError for options out of range, MemoryError if the estimate exceeds
 // context.memory_budget_bytes, CancelledError. Nothing to mesh is a status, not an error. Memory

@@ -11,7 +11,6 @@ struct VisibilityWeightOptions {
   double distance_sigma_factor = 1;
   double sink_distance_factor = 1;
   double quality_regularization = 1;
-  double weak_surface_boost = 0;
 };
 
 struct VisibilityWeightCounters {
@@ -36,8 +35,8 @@ VisibilityWeightCounters WeighCells(const Scene& scene, const MergedCloud& cloud
                                     const VisibilityWeightOptions& options,
                                     const RunContext& context, CellComplex* complex);
 
-// Per vertex distance_sigma_factor times the median length of the edges at it, clamped to within a
-// factor of the median over all vertices; canonical units.
+// Per vertex distance_sigma_factor times the distance of the fourth nearest of its neighbours in
+// the complex (of the farthest if it has fewer); canonical units. O(cells).
 std::vector<float> VertexSigmas(const CellComplex& complex, double distance_sigma_factor,
                                 const RunContext& context);
 

@@ -255,6 +255,20 @@ TEST(VisibilityMesher, CameraAtAPointAndSingleViews) {
   EXPECT_NE(one_view.status, VisibilityMesherStatus::kNoPoints);
 }
 
+// What hangs between a sphere and the ground behind its rim is a web that nobody saw.
+TEST(VisibilityMesher, WebsAreDropped) {
+  VisibilityMesherOptions options = Plain();
+  const auto mesh = [&](double factor) {
+    options.max_depth_extent_factor = factor;
+    return MeshShapeScene(ShapeName::kSphereOnGround, Points(8000), options).result;
+  };
+  const auto kept = mesh(0), cleaned = mesh(2);
+  EXPECT_EQ(kept.counters.num_dropped_webs, 0u);
+  EXPECT_GT(cleaned.counters.num_dropped_webs, 0u);
+  EXPECT_LT(cleaned.mesh.faces.size(), kept.mesh.faces.size());
+  ExpectValidMesh(cleaned.mesh);
+}
+
 TEST(VisibilityMesher, VertexViewsFitTheMesh) {
   const Meshed sphere = MeshShapeScene(ShapeName::kSphere, Points(2000));
   const auto& result = sphere.result;
