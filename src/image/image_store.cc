@@ -167,6 +167,13 @@ struct ImageStore::Cache {
     }
   }
 
+  void Clear() {
+    const std::lock_guard<std::mutex> lock(mutex);
+    entries.clear();
+    order.clear();
+    held = 0;
+  }
+
   size_t budget;
   std::mutex mutex;
   std::map<Key, std::shared_ptr<Entry>> entries;
@@ -204,6 +211,8 @@ std::shared_ptr<const ByteImage> ImageStore::Mask(int view_idx, int level) const
     return LoadMask(source(view_idx), Camera(view_idx, level));
   });
 }
+
+void ImageStore::Clear() const { cache_->Clear(); }
 
 size_t ImageStore::HeldBytes() const {
   const std::lock_guard<std::mutex> lock(cache_->mutex);

@@ -12,9 +12,6 @@ namespace {
 constexpr int kMaxFan = 64;
 // Faces may turn by this cosine when an edge is collapsed.
 constexpr double kMinTurnCosine = 0.9;
-// Relaxation leaves vertices alone around which faces turn by more than this cosine from their
-// mean.
-constexpr double kMinFlatCosine = 0.85;
 
 double Cotangent(const Eigen::Vector3d& at, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   const Eigen::Vector3d u = a - at, v = b - at;
@@ -341,46 +338,6 @@ void Remesher::CollapseEdge(int32_t f, int k) {
   face_of_[a] = face_of_[c] = across_bc;
   face_of_[d] = across_db;
   face_of_[b] = kBorder;
-}
-
-void Remesher::RelaxTangentially(double share) {
-  std::vector<int32_t> fan;
-  for (size_t i = 0; i < positions_.size(); ++i) {
-    const int32_t vertex = static_cast<int32_t>(i);
-    if (!Fan(vertex, &fan)) continue;
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero(), center = Eigen::Vector3d::Zero();
-    std::vector<Eigen::Vector3d> normals;
-    for (const int32_t f : fan) {
-      const int corner = CornerOf(f, vertex);
-      const Eigen::Vector3d& u = positions_[faces_[f].v[(corner + 1) % 3]];
-      const Eigen::Vector3d& w = positions_[faces_[f].v[(corner + 2) % 3]];
-      normals.push_back((u - positions_[i]).cross(w - positions_[i]));
-      normal += normals.back();
-      center += u / static_cast<double>(fan.size());
-    }
-    normal.normalize();
-    bool flat = true;
-    for (const Eigen::Vector3d& n : normals)
-      flat = flat && n.dot(normal) > kMinFlatCosine * n.norm();
-    if (!flat) continue;
-    Eigen::Vector3d step = share * (center - positions_[i]);
-    step -= step.dot(normal) * normal;
-    for (const int32_t f : fan) {
-      const int corner = CornerOf(f, vertex);
-      const int32_t u = faces_[f].v[(corner + 1) % 3], w = faces_[f].v[(corner + 2) % 3];
-      const Eigen::Vector3d eu = positions_[u] - positions_[i], ew = positions_[w] - positions_[i];
-      // step = s eu + t ew in the tangent plane.
-      const double determinant = normal.dot(eu.cross(ew));
-      const double s = normal.dot(step.cross(ew)) / determinant;
-      const double t = normal.dot(eu.cross(step)) / determinant;
-      if (!(s >= 0 && t >= 0 && s + t <= 0.9)) continue;
-      if (KeepsShape(vertex, -1, positions_[i] + s * eu + t * ew, fan, 1e300, 1e300)) {
-        rest_[i] += s * (rest_[u] - rest_[i]) + t * (rest_[w] - rest_[i]);
-        positions_[i] += s * eu + t * ew;
-      }
-      break;
-    }
-  }
 }
 
 TriangleMesh Remesher::Mesh() const {

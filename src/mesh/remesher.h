@@ -38,10 +38,6 @@ class Remesher {
   // sqrt(density), or not at all where there is no density.
   size_t FlipToDelaunay(double max_deviation, int max_passes = 4);
 
-  // Moves inner vertices in their tangent planes by `share` of the way to the centre of their
-  // neighbours, along the old surface: a vertex stays on one of the faces around it.
-  void RelaxTangentially(double share);
-
   TriangleMesh Mesh() const;                  // without deleted elements
   std::vector<Eigen::Vector3d> Rest() const;  // as the vertices of Mesh()
 

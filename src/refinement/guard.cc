@@ -4,13 +4,14 @@
 #include <algorithm>
 
 #include "lsmvs/refinement/smoothness.h"
+#include "lsmvs/refinement/step_collisions.h"
 
 namespace lsmvs {
 
 namespace {
 
-// A rise of the mean error below this is noise: it is a mean over some thousand correlated windows.
-constexpr double kAbsoluteTolerance = 0.004, kRelativeTolerance = 0.03;
+// A rise of the mean error below this part is noise: it is a mean over some thousand windows.
+constexpr double kRelativeTolerance = 0.005;
 constexpr double kMinMassKept = 0.4;
 constexpr int kFadeRings = 3;
 
@@ -40,8 +41,7 @@ double MeanError(const std::vector<RegionError>& sums) {
 bool IsWorse(const RegionError& before, const RegionError& after) {
   if (before.mass == 0) return false;
   if (after.mass < kMinMassKept * before.mass) return true;
-  const double was = before.error / before.mass, is = after.error / after.mass;
-  return is > was * (1 + kRelativeTolerance) + kAbsoluteTolerance;
+  return after.error / after.mass > (1 + kRelativeTolerance) * before.error / before.mass;
 }
 
 // Share of the refinement that each vertex keeps: 0 in the regions to restore, rising to 1 over a
@@ -97,6 +97,7 @@ GuardSummary RestoreWorseRegions(const ImageStore& images, const std::vector<Lev
         shares[v] == 0.0 ? input[v]
                          : Eigen::Vector3d(input[v] + shares[v] * (mesh->vertices[v] - input[v]));
   }
+  UndoCollisions(mesh->faces, input, &mesh->vertices, context);
   std::vector<RegionError> kept = is;
   for (size_t r = 0; r < kept.size(); ++r) {
     if (is_worse[r]) kept[r] = was[r];

@@ -6,7 +6,9 @@
 #include <numeric>
 
 #include "lsmvs/refinement/face_regions.h"
+#include "lsmvs/refinement/line_search.h"
 #include "lsmvs/refinement/smoothness.h"
+#include "lsmvs/refinement/step_collisions.h"
 #include "lsmvs/refinement/step_solver.h"
 
 namespace lsmvs {
@@ -24,6 +26,8 @@ constexpr int kMaxRejections = 3;
 // A step may turn a face by at most this cosine.
 constexpr double kMinTurnCosine = 0.3;
 constexpr int kFoldPasses = 3;
+// Half the texture leaves this power of a half of the anchor.
+constexpr double kDoubtPower = 4.0;
 
 std::vector<Eigen::Vector3d> VertexDirections(const TriangleMesh& mesh) {
   std::vector<Eigen::Vector3d> directions(mesh.vertices.size(), Eigen::Vector3d::Zero());
@@ -101,9 +105,13 @@ class LevelOptimizer {
     SumRegions(terms_, SmoothEnergies(mesh_.vertices, directions_), &states_);
     RecordEnergy();
     summary_.initial_photo_error = MeanPhotoError();
-    for (int k = 0; k < options_.max_num_iterations && AnyActive(); ++k) {
-      context_.Report(static_cast<double>(k) / options_.max_num_iterations);
-      if (!Step()) break;
+    if (options_.optimizer == RefinementOptimizer::kLbfgs) {
+      SearchAlongLines();
+    } else {
+      for (int k = 0; k < options_.max_num_iterations && AnyActive(); ++k) {
+        context_.Report(static_cast<double>(k) / options_.max_num_iterations);
+        if (!Step()) break;
+      }
     }
     summary_.final_photo_error = MeanPhotoError();
     return summary_;
@@ -138,16 +146,36 @@ class LevelOptimizer {
     }
   }
 
-  // Stiffness of the springs to the input: so much a square pixel.
+  // Stiffness of the springs to the input: so much a square pixel where the photos say nothing,
+  // next to nothing where they are full of texture.
   void FindAnchors() {
+    const std::vector<double> doubts = FindDoubts();
     anchors_.assign(mesh_.vertices.size(), 0.0);
     for (size_t f = 0; f < mesh_.faces.size(); ++f) {
       const double area = 0.5 * FaceNormalTimesTwiceArea(mesh_, f).norm();
       for (const int v : mesh_.faces[f]) {
-        const double scale = pixel_size_[static_cast<size_t>(v)];
-        anchors_[static_cast<size_t>(v)] += options_.anchor * area / (3 * scale * scale);
+        const size_t vertex = static_cast<size_t>(v);
+        const double scale = pixel_size_[vertex];
+        anchors_[vertex] += options_.anchor * doubts[vertex] * area / (3 * scale * scale);
       }
     }
+  }
+
+  // #V: 1 where the photos show no texture around a vertex, or do not see it in pairs; 0 where they
+  // are full of it.
+  std::vector<double> FindDoubts() const {
+    std::vector<double> masses(mesh_.vertices.size(), 0.0), pixels(mesh_.vertices.size(), 0.0);
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      for (const int v : mesh_.faces[f]) {
+        masses[static_cast<size_t>(v)] += terms_.mass[f];
+        pixels[static_cast<size_t>(v)] += terms_.pixels[f];
+      }
+    }
+    for (size_t v = 0; v < masses.size(); ++v) {
+      const double doubt = pixels[v] > 0 ? 1 - masses[v] / pixels[v] : 1.0;
+      masses[v] = std::pow(std::clamp(doubt, 0.0, 1.0), kDoubtPower);
+    }
+    return masses;
   }
 
   // Of the thin plate and the springs, by vertex.
@@ -259,17 +287,21 @@ class LevelOptimizer {
     std::vector<double> step = FindStep();
     StopFolds(&step);
     TriangleMesh trial;
-    trial.faces = mesh_.faces;
     trial.vertices = Displaced(step);
+    trial.faces.swap(mesh_.faces);
     std::vector<Eigen::Vector3d> directions = VertexDirections(trial);
     PhotoTerms terms = EvaluatePhotoTerms(images_, views_, trial, directions, pairs_, active_,
                                           energy_options_, context_);
+    trial.faces.swap(mesh_.faces);
     smoothness_.SetGeometry(trial.vertices, directions, pixel_size_, context_);
     std::vector<RegionState> states = states_;
     SumRegions(terms, SmoothEnergies(trial.vertices, directions), &states);
     const double energy_before = summary_.energies.back();
     const std::vector<uint8_t> rejected = Judge(states);
+    const std::vector<Eigen::Vector3d> before = mesh_.vertices;
     Commit(rejected, std::move(trial.vertices), std::move(directions), std::move(terms));
+    summary_.num_collisions_undone +=
+        UndoCollisions(mesh_.faces, before, &mesh_.vertices, context_);
     smoothness_.SetGeometry(mesh_.vertices, directions_, pixel_size_, context_);
     SumRegions(terms_, SmoothEnergies(mesh_.vertices, directions_), &states_);
     UpdateActivity();
@@ -279,6 +311,48 @@ class LevelOptimizer {
         std::all_of(rejected.begin(), rejected.end(), [](uint8_t r) { return r; });
     const double gain = energy_before - summary_.energies.back();
     return all_rejected || gain > options_.min_relative_gain * energy_before;
+  }
+
+  // The whole level by L-BFGS, along fixed directions and with the thin plate of the start.
+  void SearchAlongLines() {
+    if (options_.max_num_iterations == 0) return;
+    const double plate_at_start = summary_.energies.back() - photo_scale_ * terms_.TotalError();
+    const std::vector<double> plate_gradient = smoothness_.Gradient(context_);
+    std::vector<double> curved, scratch;
+    TriangleMesh trial;
+    trial.faces = mesh_.faces;
+    const auto function = [&](const std::vector<double>& x, std::vector<double>* gradient) {
+      trial.vertices = Displaced(x);
+      PhotoTerms terms = EvaluatePhotoTerms(images_, views_, trial, directions_, pairs_, active_,
+                                            energy_options_, context_);
+      smoothness_.ApplyHessian(x, context_, &scratch, &curved);
+      double energy = photo_scale_ * terms.TotalError() + plate_at_start;
+      if (gradient != nullptr) gradient->assign(x.size(), 0.0);
+      for (size_t v = 0; v < x.size(); ++v) {
+        const double scale = pixel_size_[v], spring = 2.0 * anchors_[v];
+        const double offset = directions_[v].dot(mesh_.vertices[v] - input_[v]) / scale;
+        energy += x[v] * (plate_gradient[v] + spring * offset + 0.5 * (curved[v] + spring * x[v]));
+        if (gradient == nullptr || fixed_[v]) continue;
+        (*gradient)[v] = photo_scale_ * scale * terms.gradient[v] + plate_gradient[v] + curved[v] +
+                         spring * (offset + x[v]);
+      }
+      return energy;
+    };
+    summary_.energies.clear();
+    std::vector<double> step = MinimizeByLbfgs(
+        mesh_.vertices.size(), function, {options_.max_num_iterations, options_.min_relative_gain},
+        &summary_.energies);
+    summary_.num_iterations = static_cast<int>(summary_.energies.size()) - 1;
+    StopFolds(&step);
+    const std::vector<Eigen::Vector3d> before = mesh_.vertices;
+    mesh_.vertices = Displaced(step);
+    summary_.num_collisions_undone +=
+        UndoCollisions(mesh_.faces, before, &mesh_.vertices, context_);
+    directions_ = VertexDirections(mesh_);
+    terms_ =
+        EvaluatePhotoTerms(images_, views_, mesh_, {}, pairs_, active_, energy_options_, context_);
+    smoothness_.SetGeometry(mesh_.vertices, directions_, pixel_size_, context_);
+    SumRegions(terms_, SmoothEnergies(mesh_.vertices, directions_), &states_);
   }
 
   // Which regions got worse. Adapts damping and freezes what has converged.

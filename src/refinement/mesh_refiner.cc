@@ -19,6 +19,8 @@ namespace {
 
 constexpr int kMinLevelSize = 64;
 constexpr int kFacesPerRegion = 256;
+// Smaller for the guard, which takes back whole regions.
+constexpr int kFacesPerGuardRegion = 64;
 // Relative cost of the levels for progress: each has about a quarter of the pixels of the next.
 constexpr double kLevelCostRatio = 3.0;
 
@@ -155,6 +157,7 @@ class MeshRefiner {
   // False if no pair sees any face.
   bool RefineLevel(int level, const RunContext& context) {
     const double start = Seconds();
+    images_.Clear();
     const auto views = MakeLevelViews(scene_, images_, level);
     SelectPairs(views, context);
     if (AdaptMesh(result_.levels.empty())) SelectPairs(views, context);
@@ -217,6 +220,7 @@ class MeshRefiner {
         scene_, options_, kGuardNeighborFactor * options_.max_num_neighbors, all_take_part);
     PairSelectionOptions selection = MakePairSelectionOptions(options_);
     selection.max_pairs_per_face = std::min(options_.max_pairs_per_face, kMaxGuardPairs);
+    regions_ = GrowFaceRegions(result_.mesh, kFacesPerGuardRegion);
     const FacePairs pairs =
         SelectOtherFacePairs(views, judges, result_.mesh, regions_, pairs_, selection, context_);
     const GuardSummary summary =
@@ -231,6 +235,7 @@ class MeshRefiner {
 
   void Color() {
     const double start = Seconds();
+    images_.Clear();
     VertexColorOptions color_options;
     color_options.depth_tolerance = options_.depth_tolerance;
     result_.mesh.vertex_colors =

@@ -19,11 +19,17 @@ enum class LaplacianWeights {
   kCotangent,  // neighbours count by the cotangents of the opposite angles, clamped to positive
 };
 
+enum class RefinementOptimizer {
+  kGaussNewton,  // damped Gauss-Newton steps, judged region by region
+  kLbfgs,        // L-BFGS with a line search over the whole surface, for comparison: slower
+};
+
 struct MeshRefinerOptions {
   // Pyramid levels, coarse to fine: 3 starts at a quarter of the resolution. More levels pull in
   // vertices that are further from the surface. Levels whose images would be smaller than 64 pixels
   // are left out.
   int num_levels = 3;
+  RefinementOptimizer optimizer = RefinementOptimizer::kGaussNewton;
   // Steps a level at most; a level ends earlier when its regions have converged.
   int max_num_iterations = 8;
   // Half side of the correlation window in pixels: 3 is 7 x 7. Larger is more stable and smoother.
@@ -43,10 +49,10 @@ struct MeshRefinerOptions {
   // Weight of the membrane (length in pixels) relative to the thin plate. Raising it shrinks thin
   // parts.
   double membrane = 0.0;
-  // Weight of the square of a vertex' way from its input (pixels, per square pixel of surface). It
-  // holds what neither photos nor thin plate determine, such as untextured walls; raising it keeps
-  // more of the input's noise.
-  double anchor = 0.001;
+  // Weight of the square of a vertex' way from its input (pixels, per square pixel of surface)
+  // where the photos show no texture; it falls to nothing with the texture. It holds what the
+  // photos do not determine, such as plain walls; raising it keeps more of the input's noise there.
+  double anchor = 0.0005;
   LaplacianWeights laplacian = LaplacianWeights::kUniform;
   // Standard deviation in grey levels that is added to that of every window: windows flatter than
   // this count little.
@@ -57,11 +63,11 @@ struct MeshRefinerOptions {
   // Longest step of a vertex in one iteration, in pixels of the level.
   double max_step_px = 1.0;
   // A level ends when a step lowers the energy by less than this part of it.
-  double min_relative_gain = 0.002;
+  double min_relative_gain = 0.001;
   // Facets are split while the best pair of views sees more than this many square pixels (the
   // smaller of the pair's two areas). 0: the facets stay as they are.
   double max_face_area_px = 16.0;
-  // Flip, collapse and relax so that the triangles stay regular.
+  // Flip and collapse edges so that the triangles stay regular.
   bool improve_mesh = true;
   // Regions whose photometric score is worse than at the start return to their input.
   bool guard = true;
@@ -83,7 +89,10 @@ struct RefinementLevelSummary {
   int level = 0;                 // 0 = full resolution of the store
   int num_iterations = 0;        // accepted and rejected
   int num_rejected_regions = 0;  // summed over the iterations
-  size_t num_faces = 0;          // after adaptation to the level
+  // Vertices whose step was taken back because the surface would have passed through itself, summed
+  // over the iterations.
+  size_t num_collisions_undone = 0;
+  size_t num_faces = 0;  // after adaptation to the level
   // Mean of 1 - ZNCC over all pixels of all pairs, before the first and after the last step of the
   // level.
   double initial_photo_error = 0, final_photo_error = 0;

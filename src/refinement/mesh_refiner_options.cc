@@ -6,6 +6,10 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
   options->Add("MeshRefinement.num_levels", &num_levels,
                "Image pyramid levels, coarse to fine; more pull in vertices from further away.",
                {1, 8});
+  options->AddEnum("MeshRefinement.optimizer", &optimizer,
+                   "How the energy is minimised; lbfgs is slower and there for comparison.",
+                   {{"gauss_newton", RefinementOptimizer::kGaussNewton},
+                    {"lbfgs", RefinementOptimizer::kLbfgs}});
   options->Add("MeshRefinement.max_num_iterations", &max_num_iterations,
                "Steps a level at most; 0 leaves the mesh where it is.", {0, 1000});
   options->Add("MeshRefinement.window_radius", &window_radius,
@@ -27,9 +31,10 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
   options->Add("MeshRefinement.membrane", &membrane,
                "Weight of the membrane relative to the thin plate; raising it shrinks thin parts.",
                {0.0, 1e3});
-  options->Add("MeshRefinement.anchor", &anchor,
-               "Weight of a vertex' way from its input; raising it keeps more of the input.",
-               {0.0, 1e3});
+  options->Add(
+      "MeshRefinement.anchor", &anchor,
+      "Weight of a vertex' way from its input where there is no texture; raising it keeps more.",
+      {0.0, 1e3});
   options->AddEnum(
       "MeshRefinement.laplacian", &laplacian, "Weights of a vertex' neighbours.",
       {{"uniform", LaplacianWeights::kUniform}, {"cotangent", LaplacianWeights::kCotangent}});
@@ -48,7 +53,7 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
                "Facets are split while the best pair of views sees more square pixels; 0: never.",
                {0.0, 1e6});
   options->Add("MeshRefinement.improve_mesh", &improve_mesh,
-               "Flip, collapse and relax so that the triangles stay regular.");
+               "Flip and collapse edges so that the triangles stay regular.");
   options->Add("MeshRefinement.guard", &guard,
                "Regions whose photometric score is worse than at the start return to their input.");
   options->Add("MeshRefinement.hold_out_every", &hold_out_every,

@@ -19,7 +19,8 @@ struct PairSelectionOptions {
   int max_pairs_per_face = 6;
   double min_angle_deg = 2.0;
   double max_angle_deg = 50.0;
-  double best_angle_deg = 15.0;
+  // The error of a depth falls with the angle, the likeness of the photos too.
+  double best_angle_deg = 25.0;
   double depth_tolerance = 0.01;
   // Views that see a face at a steeper angle than this do not judge it.
   double min_cosine = 0.2;

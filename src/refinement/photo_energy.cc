@@ -2,7 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
+#include <atomic>
 #include <bit>
 #include <numeric>
 
@@ -36,19 +36,15 @@ Rectangle Intersection(const Rectangle& a, const Rectangle& b) {
 // its ray (z = 1), the moments sum p d^k r are what the derivatives by the face's three vertices
 // need.
 struct FaceSums {
-  Eigen::Vector3d slope = Eigen::Vector3d::Zero();      // of dE/dd d^2 r
-  Eigen::Vector3d curvature = Eigen::Vector3d::Zero();  // of d2E/dd2 d^3 r
-  double error = 0, mass = 0;
+  Eigen::Vector3f slope = Eigen::Vector3f::Zero();      // of dE/dd d^2 r; later gradients by vertex
+  Eigen::Vector3f curvature = Eigen::Vector3f::Zero();  // of d2E/dd2 d^3 r; later by vertex
+  float error = 0, mass = 0, pixels = 0;
 };
 
 // What one view adds, for the faces that it judges in ascending order.
 struct ViewContribution {
-  struct Corner {
-    double gradient, curvature;
-  };
   std::vector<int32_t> faces;
-  std::vector<std::array<Corner, 3>> corners;  // as faces, or empty
-  std::vector<float> error, mass;
+  std::vector<FaceSums> sums;  // as faces; derivatives by the face's vertices
 };
 
 // Works through the pairs of one reference view.
@@ -69,19 +65,32 @@ class ViewEvaluator {
 
   ViewContribution Evaluate(int view_idx) {
     view_idx_ = view_idx;
-    const auto first = std::lower_bound(pairs_.pairs.begin(), pairs_.pairs.end(), view_idx,
+    FindSlots();
+    ViewContribution result = EvaluateSlots();
+    for (int slot = 0; slot < num_slots_; ++slot) cache_.EndUse(OtherView(slot));
+    cache_.EndUse(view_idx);
+    return result;
+  }
+
+ private:
+  void FindSlots() {
+    const auto first = std::lower_bound(pairs_.pairs.begin(), pairs_.pairs.end(), view_idx_,
                                         [](const ViewPair& p, int v) { return p.i < v; });
     first_pair_ = static_cast<int>(first - pairs_.pairs.begin());
     num_slots_ = 0;
     while (first_pair_ + num_slots_ < static_cast<int>(pairs_.pairs.size()) &&
-           pairs_.pairs[static_cast<size_t>(first_pair_ + num_slots_)].i == view_idx) {
+           pairs_.pairs[static_cast<size_t>(first_pair_ + num_slots_)].i == view_idx_) {
       ++num_slots_;
     }
-    if (num_slots_ == 0) return {};
-    maps_ = cache_.Get(view_idx);
+  }
+
+  int OtherView(int slot) const { return pairs_.pairs[static_cast<size_t>(first_pair_ + slot)].j; }
+
+  ViewContribution EvaluateSlots() {
+    maps_ = cache_.Draw(view_idx_);
     if (!FindFaces()) return {};
-    gray_ = images_.Gray(view_idx, options_.level);
-    mask_ = images_.Mask(view_idx, options_.level);
+    gray_ = images_.Gray(view_idx_, options_.level);
+    mask_ = images_.Mask(view_idx_, options_.level);
     sums_.assign(faces_.size(), FaceSums());
     LoadNeighbors();
     const PinholeCamera& camera = View().camera;
@@ -94,10 +103,9 @@ class ViewEvaluator {
     return Collect();
   }
 
- private:
   // What a pair needs of its other view.
   struct Slot {
-    std::shared_ptr<const SurfaceMaps> maps;
+    std::shared_ptr<const Raster<float>> depth;
     std::shared_ptr<const GrayImage> gray;
     PairGeometry geometry;
     Rectangle judged;  // bounding box of the pixels near the present tile that the pair judges
@@ -107,7 +115,7 @@ class ViewEvaluator {
   // does. A face that no pair judges may still lie in the windows of its neighbours.
   bool FindFaces() {
     local_.assign(mesh_.faces.size(), -1);
-    for (const int32_t face : maps_->face.pixels) {
+    for (const int32_t face : maps_.face->pixels) {
       if (face >= 0) local_[static_cast<size_t>(face)] = 0;
     }
     faces_.clear();
@@ -139,9 +147,9 @@ class ViewEvaluator {
     neighbors_.assign(static_cast<size_t>(num_slots_), Slot());
     for (int slot = 0; slot < num_slots_; ++slot) {
       if (!(used_slots_ >> slot & 1)) continue;
-      const int j = pairs_.pairs[static_cast<size_t>(first_pair_ + slot)].j;
+      const int j = OtherView(slot);
       neighbors_[static_cast<size_t>(slot)] = {
-          cache_.Get(j), images_.Gray(j, options_.level),
+          cache_.Depth(j), images_.Gray(j, options_.level),
           MakePairGeometry(View(), views_[static_cast<size_t>(j)]), Rectangle()};
     }
   }
@@ -172,7 +180,7 @@ class ViewEvaluator {
   void FindJudgedParts(const Rectangle& tile) {
     for (Slot& slot : neighbors_) slot.judged = {tile.right, tile.bottom, tile.left, tile.top};
     for (int row = tile.top; row < tile.bottom; ++row) {
-      const int32_t* face = maps_->face.Row(row);
+      const int32_t* face = maps_.face->Row(row);
       for (int begin = tile.left, end = begin; begin < tile.right; begin = end) {
         while (end < tile.right && face[end] == face[begin]) ++end;
         uint32_t slots = SlotsAt(face[begin]);
@@ -200,10 +208,10 @@ class ViewEvaluator {
       const size_t start = static_cast<size_t>(row - area.top) * static_cast<size_t>(area.Width());
       const float* gray = gray_->Row(row) + area.left;
       std::copy(gray, gray + area.Width(), &tile_.reference[start]);
-      WarpRow(neighbor.geometry, *neighbor.gray, neighbor.maps->depth, tolerance, row, area.left,
-              area.Width(), maps_->depth.Row(row) + area.left,
+      WarpRow(neighbor.geometry, *neighbor.gray, *neighbor.depth, tolerance, row, area.left,
+              area.Width(), maps_.depth->Row(row) + area.left,
               {&tile_.warped[start], &by_depth_[start], &tile_.valid[start]});
-      FillWeights(maps_->face.Row(row) + area.left, area.Width(), slot, &tile_.weight[start]);
+      FillWeights(maps_.face->Row(row) + area.left, area.Width(), slot, &tile_.weight[start]);
       if (mask_) ApplyMask(row, area, start);
     }
   }
@@ -243,12 +251,16 @@ class ViewEvaluator {
 
   void AddToFaces(const Rectangle& tile) {
     for (int row = tile.top; row < tile.bottom; ++row) {
-      const int32_t* face = maps_->face.Row(row);
+      const int32_t* face = maps_.face->Row(row);
       for (int begin = tile.left, end = begin; begin < tile.right; begin = end) {
         while (end < tile.right && face[end] == face[begin]) ++end;
         if (face[begin] < 0) continue;
         const int32_t local = local_[static_cast<size_t>(face[begin])];
-        if (local >= 0) AddRun(tile, row, begin, end, &sums_[static_cast<size_t>(local)]);
+        if (local < 0) continue;
+        FaceSums& sums = sums_[static_cast<size_t>(local)];
+        sums.pixels +=
+            static_cast<float>((end - begin) * std::popcount(slots_[static_cast<size_t>(local)]));
+        AddRun(tile, row, begin, end, &sums);
       }
     }
   }
@@ -256,7 +268,7 @@ class ViewEvaluator {
   void AddRun(const Rectangle& tile, int row, int begin, int end, FaceSums* sums) const {
     const PinholeCamera& camera = View().camera;
     const double ray_y = (row + 0.5 - camera.cy) / camera.fy, step = 1.0 / camera.fx;
-    const float* depth = maps_->depth.Row(row);
+    const float* depth = maps_.depth->Row(row);
     const size_t start = static_cast<size_t>(row - tile.top) * static_cast<size_t>(tile.Width());
     double error = 0, mass = 0, slope = 0, slope_x = 0, curvature = 0, curvature_x = 0;
     for (int column = begin; column < end; ++column) {
@@ -270,47 +282,39 @@ class ViewEvaluator {
       curvature += q;
       curvature_x += q * ray_x;
     }
-    sums->error += error;
-    sums->mass += mass;
-    sums->slope += Eigen::Vector3d(slope_x, slope * ray_y, slope);
-    sums->curvature += Eigen::Vector3d(curvature_x, curvature * ray_y, curvature);
+    sums->error += static_cast<float>(error);
+    sums->mass += static_cast<float>(mass);
+    sums->slope += Eigen::Vector3d(slope_x, slope * ray_y, slope).cast<float>();
+    sums->curvature += Eigen::Vector3d(curvature_x, curvature * ray_y, curvature).cast<float>();
   }
 
   ViewContribution Collect() {
-    ViewContribution result;
-    result.faces = faces_;
-    result.error.reserve(faces_.size());
-    for (const FaceSums& sums : sums_) {
-      result.error.push_back(static_cast<float>(sums.error));
-      result.mass.push_back(static_cast<float>(sums.mass));
-    }
-    if (directions_.empty()) return result;
-    result.corners.reserve(faces_.size());
-    for (size_t k = 0; k < faces_.size(); ++k) result.corners.push_back(Differentiate(k));
-    return result;
+    for (size_t k = 0; k < faces_.size() && !directions_.empty(); ++k) Differentiate(k);
+    return {std::move(faces_), std::move(sums_)};
   }
 
   // A vertex displaced by t along u moves the surface along the ray of a pixel by d * lambda * (m .
   // u) t, where lambda is the vertex' barycentric coordinate there and m the face's plane, m . x
   // = 1. lambda = d * (P^-1 r) with P the vertices as columns.
-  std::array<ViewContribution::Corner, 3> Differentiate(size_t k) const {
-    std::array<ViewContribution::Corner, 3> corners{};
-    const FaceSums& sums = sums_[k];
-    if (sums.curvature.z() == 0) return corners;
+  void Differentiate(size_t k) {
+    FaceSums& sums = sums_[k];
+    if (sums.curvature.z() == 0) return;
     const Eigen::Vector3i& face = mesh_.faces[static_cast<size_t>(faces_[k])];
     const Rigid3& pose = View().cam_from_world;
     Eigen::Matrix3d p;
     for (int c = 0; c < 3; ++c) p.col(c) = pose * mesh_.vertices[face[c]];
     const Eigen::Matrix3d inverse = p.inverse();
-    if (!inverse.allFinite()) return corners;
+    const Eigen::Vector3d slopes = inverse * sums.slope.cast<double>();
+    const Eigen::Vector3d curvatures = inverse * sums.curvature.cast<double>();
+    sums.slope.setZero();
+    sums.curvature.setZero();
+    if (!inverse.allFinite()) return;
     const Eigen::Vector3d plane = inverse.colwise().sum();
-    const Eigen::Vector3d slopes = inverse * sums.slope, curvatures = inverse * sums.curvature;
     for (int c = 0; c < 3; ++c) {
       const double along = plane.dot(pose.rotation * directions_[static_cast<size_t>(face[c])]);
-      corners[static_cast<size_t>(c)] = {along * slopes[c],
-                                         along * along * std::max(curvatures[c], 0.0)};
+      sums.slope[c] = static_cast<float>(along * slopes[c]);
+      sums.curvature[c] = static_cast<float>(along * along * std::max(curvatures[c], 0.0));
     }
-    return corners;
   }
 
   const LevelView& View() const { return views_[static_cast<size_t>(view_idx_)]; }
@@ -330,7 +334,7 @@ class ViewEvaluator {
   std::vector<int32_t> faces_;   // faces that this view judges
   std::vector<uint32_t> slots_;  // as faces_: bit s is set if pair first_pair_ + s judges it
   std::vector<FaceSums> sums_;   // as faces_
-  std::shared_ptr<const SurfaceMaps> maps_;
+  DrawnMaps maps_;
   std::shared_ptr<const GrayImage> gray_;
   std::shared_ptr<const ByteImage> mask_;
   std::vector<Slot> neighbors_;
@@ -346,15 +350,44 @@ class ViewEvaluator {
 void Add(const TriangleMesh& mesh, const ViewContribution& view, PhotoTerms* terms) {
   for (size_t k = 0; k < view.faces.size(); ++k) {
     const size_t f = static_cast<size_t>(view.faces[k]);
-    terms->error[f] += view.error[k];
-    terms->mass[f] += view.mass[k];
-    if (view.corners.empty()) continue;
-    for (size_t c = 0; c < 3; ++c) {
-      const size_t v = static_cast<size_t>(mesh.faces[f][static_cast<int>(c)]);
-      terms->gradient[v] += view.corners[k][c].gradient;
-      terms->curvature[v] += view.corners[k][c].curvature;
+    const FaceSums& sums = view.sums[k];
+    terms->error[f] += sums.error;
+    terms->mass[f] += sums.mass;
+    terms->pixels[f] += sums.pixels;
+    if (terms->gradient.empty()) continue;
+    for (int c = 0; c < 3; ++c) {
+      const size_t v = static_cast<size_t>(mesh.faces[f][c]);
+      terms->gradient[v] += sums.slope[c];
+      terms->curvature[v] += sums.curvature[c];
     }
   }
+}
+
+// Views as they are compared: each that is the first of a pair, next to those that share its
+// neighbours, so that few maps are needed at a time.
+std::vector<int> WorkOrder(const std::vector<ViewPair>& pairs, size_t num_views) {
+  std::vector<std::vector<int>> neighbors(num_views);
+  for (const ViewPair& pair : pairs) neighbors[static_cast<size_t>(pair.i)].push_back(pair.j);
+  std::vector<uint8_t> drawn(num_views, 0);
+  std::vector<int> waiting, order;
+  for (size_t v = 0; v < num_views; ++v) {
+    if (!neighbors[v].empty()) waiting.push_back(static_cast<int>(v));
+  }
+  const auto num_to_draw = [&](int v) {
+    int count = !drawn[static_cast<size_t>(v)];
+    for (const int j : neighbors[static_cast<size_t>(v)]) count += !drawn[static_cast<size_t>(j)];
+    return count;
+  };
+  while (!waiting.empty()) {
+    const auto next = std::min_element(waiting.begin(), waiting.end(), [&](int a, int b) {
+      return num_to_draw(a) < num_to_draw(b);
+    });
+    order.push_back(*next);
+    drawn[static_cast<size_t>(*next)] = 1;
+    for (const int j : neighbors[static_cast<size_t>(*next)]) drawn[static_cast<size_t>(j)] = 1;
+    waiting.erase(next);
+  }
+  return order;
 }
 
 }  // namespace
@@ -370,16 +403,23 @@ PhotoTerms EvaluatePhotoTerms(const ImageStore& images, const std::vector<LevelV
   PhotoTerms terms;
   terms.error.assign(mesh.faces.size(), 0.0f);
   terms.mass.assign(mesh.faces.size(), 0.0f);
+  terms.pixels.assign(mesh.faces.size(), 0.0f);
   if (!directions.empty()) {
     terms.gradient.assign(mesh.vertices.size(), 0.0);
     terms.curvature.assign(mesh.vertices.size(), 0.0);
   }
   SurfaceMapCache cache(&views, mesh.vertices, mesh.faces, options.map_budget_bytes);
+  const std::vector<int> order = WorkOrder(pairs.pairs, views.size());
+  for (const int v : order) cache.ExpectUse(v);
+  for (const ViewPair& pair : pairs.pairs) cache.ExpectUse(pair.j);
   OrderedMerge<ViewContribution> merge(
       [&](size_t, ViewContribution&& view) { Add(mesh, view, &terms); });
-  ParallelFor(context, views.size(), 1, [&](size_t v) {
+  // Handed out in order, whatever block a thread takes: no result waits long for those before it.
+  std::atomic<size_t> next = 0;
+  ParallelFor(context, order.size(), 1, [&](size_t) {
+    const size_t position = next++;
     ViewEvaluator evaluator(images, views, mesh, directions, pairs, active, options, &cache);
-    merge.Add(v, evaluator.Evaluate(static_cast<int>(v)));
+    merge.Add(position, evaluator.Evaluate(order[position]));
   });
   return terms;
 }

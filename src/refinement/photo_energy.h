@@ -28,8 +28,11 @@ struct PhotoTerms {
   // #V: row sums of the Gauss-Newton matrix of the total error, in 1 / world unit^2; >= 0.
   std::vector<double> curvature;
   // #F: sum of 1 - ZNCC over the pixels of the face in all its pairs, and the number of those
-  // pixels.
+  // pixels, each weighted by the texture around it (0..1); pixels that the other view does not see
+  // count 0.
   std::vector<float> error, mass;
+  // #F: the number of pixels of the face in all its pairs, whether seen by the other view or not.
+  std::vector<float> pixels;
 
   double TotalError() const;
   double TotalMass() const;

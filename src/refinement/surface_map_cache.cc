@@ -4,8 +4,9 @@ namespace lsmvs {
 
 namespace {
 
-size_t Bytes(const SurfaceMaps& maps) {
-  return maps.depth.size() * sizeof(float) + maps.face.size() * sizeof(int32_t);
+template <class T>
+size_t Bytes(const std::shared_ptr<const Raster<T>>& map) {
+  return map ? map->size() * sizeof(T) : 0;
 }
 
 }  // namespace
@@ -17,41 +18,71 @@ SurfaceMapCache::SurfaceMapCache(const std::vector<LevelView>* views,
   for (size_t v = 0; v < views->size(); ++v) entries_.push_back(std::make_unique<Entry>());
 }
 
-std::shared_ptr<const SurfaceMaps> SurfaceMapCache::Get(int view_idx) {
-  if (auto maps = Held(view_idx)) return maps;
-  Entry& entry = *entries_[static_cast<size_t>(view_idx)];
-  const std::lock_guard<std::mutex> drawing(entry.drawing);
-  if (auto maps = Held(view_idx)) return maps;
-  const LevelView& view = (*views_)[static_cast<size_t>(view_idx)];
-  auto maps = std::make_shared<SurfaceMaps>();
-  RasterizeMesh(view.camera, view.cam_from_world, vertices_, faces_, {.cull_back_faces = false},
-                maps.get());
-  Account(view_idx, maps);
-  return maps;
+void SurfaceMapCache::ExpectUse(int view_idx) {
+  ++entries_[static_cast<size_t>(view_idx)]->num_uses;
 }
 
-std::shared_ptr<const SurfaceMaps> SurfaceMapCache::Held(int view_idx) {
+void SurfaceMapCache::EndUse(int view_idx) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (--entries_[static_cast<size_t>(view_idx)]->num_uses == 0) Drop(view_idx);
+}
+
+DrawnMaps SurfaceMapCache::Draw(int view_idx) {
+  DrawnMaps maps = Take(view_idx, true);
+  return maps.depth ? maps : DrawAndKeep(view_idx, true);
+}
+
+std::shared_ptr<const Raster<float>> SurfaceMapCache::Depth(int view_idx) {
+  DrawnMaps maps = Take(view_idx, false);
+  return maps.depth ? maps.depth : DrawAndKeep(view_idx, false).depth;
+}
+
+DrawnMaps SurfaceMapCache::Take(int view_idx, bool with_face) {
   const std::lock_guard<std::mutex> lock(mutex_);
   Entry& entry = *entries_[static_cast<size_t>(view_idx)];
   if (entry.listed) order_.splice(order_.begin(), order_, entry.place);
-  return entry.maps;
+  if (with_face && !entry.maps.face) return {};
+  DrawnMaps taken = entry.maps;
+  if (with_face) DropFace(&entry);
+  return taken;
 }
 
-void SurfaceMapCache::Account(int view_idx, std::shared_ptr<const SurfaceMaps> maps) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+DrawnMaps SurfaceMapCache::DrawAndKeep(int view_idx, bool with_face) {
   Entry& entry = *entries_[static_cast<size_t>(view_idx)];
-  held_bytes_ += Bytes(*maps);
-  entry.maps = std::move(maps);
+  const std::lock_guard<std::mutex> drawing(entry.drawing);
+  if (DrawnMaps maps = Take(view_idx, with_face); maps.depth) return maps;
+  const LevelView& view = (*views_)[static_cast<size_t>(view_idx)];
+  SurfaceMaps drawn;
+  RasterizeMesh(view.camera, view.cam_from_world, vertices_, faces_, {.cull_back_faces = false},
+                &drawn);
+  DrawnMaps maps{std::make_shared<Raster<float>>(std::move(drawn.depth)),
+                 std::make_shared<Raster<int32_t>>(std::move(drawn.face))};
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Drop(view_idx);
+  entry.maps = maps;
+  if (with_face) entry.needs_face = false;
+  if (!entry.needs_face) entry.maps.face.reset();
+  held_bytes_ += Bytes(entry.maps.depth) + Bytes(entry.maps.face);
   order_.push_front(view_idx);
   entry.place = order_.begin();
   entry.listed = true;
-  while (held_bytes_ > budget_bytes_ && order_.back() != view_idx) {
-    Entry& oldest = *entries_[static_cast<size_t>(order_.back())];
-    held_bytes_ -= Bytes(*oldest.maps);
-    oldest.maps.reset();
-    oldest.listed = false;
-    order_.pop_back();
-  }
+  while (held_bytes_ > budget_bytes_ && order_.back() != view_idx) Drop(order_.back());
+  return maps;
+}
+
+void SurfaceMapCache::Drop(int view_idx) {
+  Entry& entry = *entries_[static_cast<size_t>(view_idx)];
+  if (!entry.listed) return;
+  held_bytes_ -= Bytes(entry.maps.depth) + Bytes(entry.maps.face);
+  entry.maps = {};
+  order_.erase(entry.place);
+  entry.listed = false;
+}
+
+void SurfaceMapCache::DropFace(Entry* entry) {
+  held_bytes_ -= Bytes(entry->maps.face);
+  entry->maps.face.reset();
+  entry->needs_face = false;
 }
 
 }  // namespace lsmvs

@@ -143,6 +143,11 @@ TEST_F(ImageStoreTest, HoldsNoMoreThanTheBudget) {
   store.Gray(0, 0);
   EXPECT_FALSE(seen[3].expired());
   EXPECT_TRUE(seen[4].expired());
+  const auto held = store.Gray(5, 0);
+  store.Clear();
+  EXPECT_EQ(store.HeldBytes(), 0u);
+  EXPECT_EQ(held->width, 50);
+  EXPECT_EQ(store.Gray(5, 0)->pixels, held->pixels);
 }
 
 TEST_F(ImageStoreTest, ImageLargerThanTheBudgetIsStillGiven) {

@@ -96,7 +96,6 @@ TEST(Remesher, EverythingTogetherKeepsASphereClosedAndInPlace) {
   EXPECT_GT(remesher.CollapseShortEdges(0.08, 0.01), 0u);
   remesher.SplitLargeFaces(0.003);
   EXPECT_GT(remesher.FlipToDelaunay(0.01), 0u);
-  remesher.RelaxTangentially(0.5);
   const TriangleMesh mesh = remesher.Mesh();
   ExpectValidClosedMesh(mesh);
   EXPECT_EQ(Inspect(mesh).Genus(), 0);
