@@ -227,15 +227,23 @@ bool Remesher::WantsFlip(int32_t f, int k, double max_deviation) const {
   return true;
 }
 
-void Remesher::FlipEdge(int32_t f, int k) {
+Remesher::EdgeSides Remesher::SidesOf(int32_t f, int k) const {
   const int32_t n = faces_[f].across[k];
-  const int32_t a = faces_[f].v[k], b = faces_[f].v[(k + 1) % 3];
-  const int j = CornerOf(n, b);
-  const int32_t c = faces_[f].v[(k + 2) % 3], d = faces_[n].v[(j + 2) % 3];
-  const int32_t across_bc = faces_[f].across[(k + 1) % 3],
-                across_ca = faces_[f].across[(k + 2) % 3];
-  const int32_t across_ad = faces_[n].across[(j + 1) % 3],
-                across_db = faces_[n].across[(j + 2) % 3];
+  const auto &v = faces_[f].v, &w = faces_[n].v;
+  const int j = CornerOf(n, v[(k + 1) % 3]);
+  return {n,
+          v[k],
+          v[(k + 1) % 3],
+          v[(k + 2) % 3],
+          w[(j + 2) % 3],
+          faces_[f].across[(k + 1) % 3],
+          faces_[f].across[(k + 2) % 3],
+          faces_[n].across[(j + 1) % 3],
+          faces_[n].across[(j + 2) % 3]};
+}
+
+void Remesher::FlipEdge(int32_t f, int k) {
+  const auto [n, a, b, c, d, across_bc, across_ca, across_ad, across_db] = SidesOf(f, k);
   const float density = std::min(faces_[f].density, faces_[n].density);
   faces_[f] = {{a, d, c}, {across_ad, n, across_ca}, density};
   faces_[n] = {{d, b, c}, {across_db, across_bc, f}, density};
@@ -321,14 +329,7 @@ bool Remesher::KeepsShape(int32_t moved, int32_t other, const Eigen::Vector3d& t
 }
 
 void Remesher::CollapseEdge(int32_t f, int k) {
-  const int32_t n = faces_[f].across[k];
-  const int32_t a = faces_[f].v[k], b = faces_[f].v[(k + 1) % 3];
-  const int j = CornerOf(n, b);
-  const int32_t c = faces_[f].v[(k + 2) % 3], d = faces_[n].v[(j + 2) % 3];
-  const int32_t across_bc = faces_[f].across[(k + 1) % 3],
-                across_ca = faces_[f].across[(k + 2) % 3];
-  const int32_t across_ad = faces_[n].across[(j + 1) % 3],
-                across_db = faces_[n].across[(j + 2) % 3];
+  const auto [n, a, b, c, d, across_bc, across_ca, across_ad, across_db] = SidesOf(f, k);
   for (const int32_t face : fan_b_) faces_[face].v[CornerOf(face, b)] = a;
   faces_[f].deleted = faces_[n].deleted = true;
   SetAcross(across_bc, c, across_ca);

@@ -63,6 +63,11 @@ class Remesher {
   bool IsLocked(const Face& face, int edge) const;
   void SplitEdge(int32_t face, int edge);
   bool WantsFlip(int32_t face, int edge, double max_deviation) const;
+  // The two faces at an inner edge ab: f = abc and n = bad, and what lies across their other edges.
+  struct EdgeSides {
+    int32_t n, a, b, c, d, across_bc, across_ca, across_ad, across_db;
+  };
+  EdgeSides SidesOf(int32_t f, int k) const;
   void FlipEdge(int32_t face, int edge);
   // Faces around a vertex, counter-clockwise; false at borders and locked vertices.
   bool Fan(int32_t vertex, std::vector<int32_t>* faces) const;

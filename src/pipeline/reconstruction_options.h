@@ -20,7 +20,7 @@ namespace lsmvs {
 enum class Quality { kLow, kMedium, kHigh, kExtreme };
 
 // Where the cloud comes from: depth maps and their fusion, or interest points, which takes about a
-// quarter of the time and memory and gives a tenth of the points.
+// quarter of the time and memory and gives an eighth of the points.
 enum class PointSource { kPatchMatch, kQuasiDense };
 
 // The stages, in order. Their names are those of the commands that run them alone.
