@@ -8,6 +8,7 @@
 
 #include "lsmvs/geometry/triangulation.h"
 #include "lsmvs/stereo/level_matcher.h"
+#include "lsmvs/stereo/plain_zones.h"
 #include "lsmvs/stereo/view_geometry.h"
 #include "lsmvs/util/check.h"
 
@@ -29,6 +30,13 @@ constexpr double kBytesPerNeighborPixel = 19;
 // many times beyond their range are tried as well. It costs nothing: planes start from the points
 // and spread, and inverse depth hardly grows beyond the far end.
 constexpr double kWidenNear = 1.6, kWidenFar = 3.2;
+// A pixel has texture of its own if the grey variance of the 5 x 5 pixels around it is so many
+// times that of the noise: of windows of noise alone, one in 400 gets there.
+constexpr int kTextureRadius = 2;
+constexpr float kMinTextureToNoise = 2;
+// Displacement in the neighbours by which a plain zone may bulge out of its rim's chord, and by
+// which the depths of adjacent pixels of one surface differ; pixels.
+constexpr double kMaxPlainBulgePx = 4, kMaxPlainStepPx = 1.5;
 // Grey variance that rounding leaves at any level.
 constexpr double kRoundingVariance = 0.05;
 
@@ -107,6 +115,8 @@ class ViewMatcher {
   }
   void ApplyMask(int level, PlaneMap* planes) const;
   void FilterByAngle(const PinholeCamera& camera, PlaneMap* planes) const;
+  void FilterExtrapolation(const Level& level, PlaneMap* planes) const;
+  double MeanBaseline() const;
 
   const Scene& scene_;
   const ImageStore& images_;
@@ -251,6 +261,26 @@ void ViewMatcher::FilterByAngle(const PinholeCamera& camera, PlaneMap* planes) c
   }
 }
 
+double ViewMatcher::MeanBaseline() const {
+  const Eigen::Vector3d center = scene_.views[static_cast<size_t>(view_idx_)].CenterInWorld();
+  double sum = 0;
+  for (const int neighbor_idx : neighbor_idxs_) {
+    sum += (scene_.views[static_cast<size_t>(neighbor_idx)].CenterInWorld() - center).norm();
+  }
+  return sum / static_cast<double>(neighbor_idxs_.size());
+}
+
+void ViewMatcher::FilterExtrapolation(const Level& level, PlaneMap* planes) const {
+  const double displacement_px = level.camera.fx * MeanBaseline();  // of a unit of inverse depth
+  const Raster<uint8_t> textured = TexturedPixels(
+      *level.gray, kTextureRadius, kMinTextureToNoise * level.problem.noise_variance);
+  const PlainSettings settings = {
+      .max_deviation = static_cast<float>(kMaxPlainBulgePx / displacement_px),
+      .max_step = static_cast<float>(kMaxPlainStepPx / displacement_px),
+      .border_reach = 2 * options_.window_radius + 1};
+  DropExtrapolatedPlains(textured, settings, planes);
+}
+
 DepthMap ViewMatcher::Run(const RunContext& context) {
   const bool geometric = maps_ != nullptr;
   const int finest = geometric ? 0 : PhotometricLevel(options_);
@@ -288,7 +318,10 @@ DepthMap ViewMatcher::Run(const RunContext& context) {
     planes = matcher.planes();
     if (l == finest) {
       ApplyMask(l, &planes);
-      if (filter) FilterByAngle(level.camera, &planes);
+      if (filter) {
+        FilterByAngle(level.camera, &planes);
+        FilterExtrapolation(level, &planes);
+      }
     }
   }
   return ToDepthMap(images_.Camera(view_idx_, finest), planes);
