@@ -20,6 +20,13 @@ struct ProjectedVertex {
   Eigen::Vector2d x_px;  // meaningless behind the camera
 };
 
+// The first pixel centre that is not before a vertex, to the right and below, within the image;
+// kBehind twice behind the camera. A face whose corners agree in one of them covers no centre.
+struct FirstCenter {
+  int32_t column, row;
+};
+constexpr int32_t kBehind = -1;
+
 // Inverse depth on a face's plane as an affine function of image coordinates.
 struct InverseDepth {
   double at_origin, per_column, per_row;
@@ -63,7 +70,6 @@ class Rasterizer {
     if (!(farthest > 0)) return;
     const double near_depth = kNearPart * farthest;
     const bool is_clipped = nearest <= near_depth;
-    if (!is_clipped && MissesAllCenters(corners)) return;
     InverseDepth plane;
     plane.min = 1.0 / farthest;
     plane.max = 1.0 / std::max(nearest, near_depth);
@@ -81,15 +87,6 @@ class Rasterizer {
   }
 
  private:
-  // Whether the bounding box holds no pixel centre, as that of many small faces.
-  bool MissesAllCenters(const std::array<const ProjectedVertex*, 3>& corners) const {
-    const Eigen::Vector2d &a = corners[0]->x_px, &b = corners[1]->x_px, &c = corners[2]->x_px;
-    const auto [left, right] = std::minmax({a.x(), b.x(), c.x()});
-    const auto [top, bottom] = std::minmax({a.y(), b.y(), c.y()});
-    return FirstCenterFrom(left, camera_.width) >= FirstCenterFrom(right, camera_.width) ||
-           FirstCenterFrom(top, camera_.height) >= FirstCenterFrom(bottom, camera_.height);
-  }
-
   // False where the face is seen edge-on, or from behind if those are left out.
   bool FindPlane(const std::array<const ProjectedVertex*, 3>& corners, InverseDepth* plane) const {
     const Eigen::Vector3d& a = corners[0]->x_in_cam;
@@ -162,6 +159,26 @@ class Rasterizer {
   SurfaceMaps& maps_;
 };
 
+std::vector<FirstCenter> FindFirstCenters(const PinholeCamera& camera,
+                                          const std::vector<ProjectedVertex>& vertices) {
+  std::vector<FirstCenter> centers;
+  centers.reserve(vertices.size());
+  for (const ProjectedVertex& v : vertices) {
+    if (v.x_in_cam.z() > 0) {
+      centers.push_back(
+          {FirstCenterFrom(v.x_px.x(), camera.width), FirstCenterFrom(v.x_px.y(), camera.height)});
+    } else {
+      centers.push_back({kBehind, kBehind});
+    }
+  }
+  return centers;
+}
+
+// Most faces of a fine mesh: too small, outside of the image or behind.
+bool CoversNoCenter(const FirstCenter& a, const FirstCenter& b, const FirstCenter& c) {
+  return (a.column == b.column && a.column == c.column) || (a.row == b.row && a.row == c.row);
+}
+
 }  // namespace
 
 void RasterizeMesh(const PinholeCamera& camera, const Rigid3& cam_from_world,
@@ -173,12 +190,13 @@ void RasterizeMesh(const PinholeCamera& camera, const Rigid3& cam_from_world,
     projected[v].x_in_cam = cam_from_world * vertices[v];
     projected[v].x_px = camera.Project(projected[v].x_in_cam);
   }
+  const std::vector<FirstCenter> centers = FindFirstCenters(camera, projected);
   Rasterizer rasterizer(camera, options, maps);
   for (size_t f = 0; f < faces.size(); ++f) {
-    const Eigen::Vector3i& face = faces[f];
-    rasterizer.DrawFace(static_cast<int>(f), {&projected[static_cast<size_t>(face[0])],
-                                              &projected[static_cast<size_t>(face[1])],
-                                              &projected[static_cast<size_t>(face[2])]});
+    const auto a = static_cast<size_t>(faces[f][0]), b = static_cast<size_t>(faces[f][1]),
+               c = static_cast<size_t>(faces[f][2]);
+    if (CoversNoCenter(centers[a], centers[b], centers[c])) continue;
+    rasterizer.DrawFace(static_cast<int>(f), {&projected[a], &projected[b], &projected[c]});
   }
   rasterizer.Finish();
 }

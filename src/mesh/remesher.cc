@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 
 namespace lsmvs {
@@ -28,8 +29,14 @@ Remesher::Remesher(const TriangleMesh& mesh, std::vector<Eigen::Vector3d> rest,
     const Eigen::Vector3i& v = mesh.faces[f];
     faces_.push_back({{v[0], v[1], v[2]}, {kBorder, kBorder, kBorder}, density[f]});
   }
+  origins_.resize(positions_.size());
+  std::iota(origins_.begin(), origins_.end(), 0);
   LinkFaces();
   LockIrregularVertices();
+}
+
+void Remesher::Lock(const std::vector<int32_t>& vertices) {
+  for (const int32_t v : vertices) locked_[v] = 1;
 }
 
 void Remesher::LinkFaces() {
@@ -123,7 +130,11 @@ int Remesher::LongestEdge(const Face& face) const {
 }
 
 bool Remesher::IsLocked(const Face& face, int edge) const {
-  return face.across[edge] == kBorder && locked_[face.v[edge]] && locked_[face.v[(edge + 1) % 3]];
+  const int32_t n = face.across[edge], b = face.v[(edge + 1) % 3];
+  if (n == kBorder) return locked_[face.v[edge]] && locked_[b];
+  // Two faces back to back on the same three corners: the edges from a new vertex to the third
+  // corner would coincide.
+  return faces_[n].v[(CornerOf(n, b) + 2) % 3] == face.v[(edge + 2) % 3];
 }
 
 size_t Remesher::SplitLargeFaces(double max_area, int max_passes) {
@@ -155,7 +166,8 @@ void Remesher::SplitEdge(int32_t f, int k) {
   const int32_t m = static_cast<int32_t>(positions_.size());
   positions_.push_back(0.5 * (positions_[a] + positions_[b]));
   rest_.push_back(0.5 * (rest_[a] + rest_[b]));
-  locked_.push_back(0);
+  origins_.push_back(origins_[a]);
+  locked_.push_back(locked_[a] && locked_[b]);
   on_border_.push_back(n == kBorder);
   face_of_.push_back(f);
   const int32_t g = static_cast<int32_t>(faces_.size());
@@ -341,16 +353,20 @@ void Remesher::CollapseEdge(int32_t f, int k) {
   face_of_[b] = kBorder;
 }
 
+std::vector<uint8_t> Remesher::UsedVertices() const {
+  std::vector<uint8_t> used(positions_.size(), 0);
+  for (const Face& face : faces_) {
+    for (const int32_t v : face.v) used[v] |= !face.deleted;
+  }
+  return used;
+}
+
 TriangleMesh Remesher::Mesh() const {
   TriangleMesh mesh;
+  const std::vector<uint8_t> used = UsedVertices();
   std::vector<int32_t> index(positions_.size(), -1);
-  for (const Face& face : faces_) {
-    for (const int32_t v : face.v) {
-      if (!face.deleted) index[v] = 0;
-    }
-  }
   for (size_t v = 0; v < index.size(); ++v) {
-    if (index[v] < 0) continue;
+    if (!used[v]) continue;
     index[v] = static_cast<int32_t>(mesh.vertices.size());
     mesh.vertices.push_back(positions_[v]);
   }
@@ -361,15 +377,21 @@ TriangleMesh Remesher::Mesh() const {
 }
 
 std::vector<Eigen::Vector3d> Remesher::Rest() const {
-  std::vector<uint8_t> used(positions_.size(), 0);
-  for (const Face& face : faces_) {
-    for (const int32_t v : face.v) used[v] |= !face.deleted;
-  }
+  const std::vector<uint8_t> used = UsedVertices();
   std::vector<Eigen::Vector3d> rest;
   for (size_t v = 0; v < used.size(); ++v) {
     if (used[v]) rest.push_back(rest_[v]);
   }
   return rest;
+}
+
+std::vector<int32_t> Remesher::Origins() const {
+  const std::vector<uint8_t> used = UsedVertices();
+  std::vector<int32_t> origins;
+  for (size_t v = 0; v < used.size(); ++v) {
+    if (used[v]) origins.push_back(origins_[v]);
+  }
+  return origins;
 }
 
 }  // namespace lsmvs

@@ -12,8 +12,8 @@ namespace lsmvs {
 // A triangle mesh that can be split, flipped and collapsed, with a second position of every vertex
 // (`rest`) that goes along: where the vertex lies on the surface that the mesh was made from. Every
 // operation keeps manifold parts manifold and oriented, adds no degenerate face, and leaves borders
-// where they are. Edges with more than two faces and vertices whose faces form more than one fan
-// are locked: nothing is done to them.
+// where they are. Edges with more than two faces, vertices whose faces form more than one fan and
+// pairs of faces with the same three corners are locked: nothing is done to them.
 //
 // `density` (#F) turns areas into what the caller counts in: square pixels per square of the
 // world's unit; 0 where a face should not be split or thinned out. Halves of a face take its
@@ -21,6 +21,10 @@ namespace lsmvs {
 class Remesher {
  public:
   Remesher(const TriangleMesh& mesh, std::vector<Eigen::Vector3d> rest, std::vector<float> density);
+
+  // Keeps the surface around these vertices (of the mesh it was made from) as it is: edges there
+  // are neither flipped nor collapsed. They may still be split, which changes no surface.
+  void Lock(const std::vector<int32_t>& vertices);
 
   // Bisects longest edges until no face with a density is larger than `max_area` (in the density's
   // unit), in `max_passes` at most. Neighbours of a split edge are split with it, whatever their
@@ -40,6 +44,9 @@ class Remesher {
 
   TriangleMesh Mesh() const;                  // without deleted elements
   std::vector<Eigen::Vector3d> Rest() const;  // as the vertices of Mesh()
+  // As the vertices of Mesh(): the same vertex of the mesh it was made from, or, of those that a
+  // split made, a vertex of the edge that was split.
+  std::vector<int32_t> Origins() const;
 
  private:
   static constexpr int32_t kBorder = -1;
@@ -52,6 +59,8 @@ class Remesher {
     bool deleted = false;
   };
 
+  // #V: whether a face that is left uses the vertex.
+  std::vector<uint8_t> UsedVertices() const;
   void LinkFaces();
   void LockIrregularVertices();
   int CornerOf(int32_t face, int32_t vertex) const;
@@ -78,6 +87,7 @@ class Remesher {
 
   std::vector<Eigen::Vector3d> positions_, rest_;
   std::vector<Face> faces_;
+  std::vector<int32_t> origins_;    // #V
   std::vector<int32_t> face_of_;    // #V: one face of the vertex, or kBorder
   std::vector<uint8_t> locked_;     // #V
   std::vector<uint8_t> on_border_;  // #V

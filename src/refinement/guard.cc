@@ -90,6 +90,7 @@ GuardSummary RestoreWorseRegions(const ImageStore& images, const std::vector<Lev
     is_worse[r] = IsWorse(was[r], is[r]);
     summary.num_regions_restored += is_worse[r];
   }
+  const std::vector<Eigen::Vector3d> refined = mesh->vertices;
   const std::vector<double> shares = KeptShares(*mesh, regions, is_worse);
   for (size_t v = 0; v < shares.size(); ++v) {
     if (shares[v] == 1.0) continue;
@@ -98,6 +99,8 @@ GuardSummary RestoreWorseRegions(const ImageStore& images, const std::vector<Lev
                          : Eigen::Vector3d(input[v] + shares[v] * (mesh->vertices[v] - input[v]));
   }
   UndoCollisions(mesh->faces, input, &mesh->vertices, context);
+  // Where the restored surface passes through itself, it is left as it was refined.
+  UndoCollisions(mesh->faces, refined, &mesh->vertices, context);
   std::vector<RegionError> kept = is;
   for (size_t r = 0; r < kept.size(); ++r) {
     if (is_worse[r]) kept[r] = was[r];

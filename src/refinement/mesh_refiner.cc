@@ -7,9 +7,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "lsmvs/mesh/remesher.h"
 #include "lsmvs/refinement/guard.h"
 #include "lsmvs/refinement/level_optimizer.h"
+#include "lsmvs/refinement/mesh_adaptation.h"
 #include "lsmvs/refinement/vertex_colors.h"
 #include "lsmvs/scene/view_selection.h"
 
@@ -35,10 +35,6 @@ constexpr double kPixelsPerFace = 60, kMapBytesPerPixel = 8, kBytesPerFace = 350
 constexpr double kGuardCost = 2.0, kPartOfLevels = 0.95;
 // The guard looks for pairs that took no part among more neighbours than the refinement had.
 constexpr int kGuardNeighborFactor = 2, kMaxGuardPairs = 4;
-
-// Edges of the input below this length (pixels of the coarsest level) are collapsed, and edges
-// flipped, where the surface moves by less than kMaxDeviationPx.
-constexpr double kMinEdgePx = 0.7, kMaxDeviationPx = 0.1;
 
 double Seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -160,7 +156,7 @@ class MeshRefiner {
     images_.Clear();
     const auto views = MakeLevelViews(scene_, images_, level);
     SelectPairs(views, context);
-    if (AdaptMesh(result_.levels.empty())) SelectPairs(views, context);
+    if (AdaptToPairs(result_.levels.empty())) SelectPairs(views, context);
     size_t num_seen = 0;
     for (size_t f = 0; f < result_.mesh.faces.size(); ++f) num_seen += pairs_.Seen(f);
     if (result_.levels.empty()) result_.num_faces_seen = num_seen;
@@ -182,7 +178,7 @@ class MeshRefiner {
 
   // Brings the triangles to the resolution of the present pairs; thins out only what came in. True
   // if anything changed.
-  bool AdaptMesh(bool may_collapse) {
+  bool AdaptToPairs(bool may_collapse) {
     if (options_.max_face_area_px == 0 && !options_.improve_mesh) return false;
     const double start = Seconds();
     std::vector<float> density(result_.mesh.faces.size(), 0.0f);
@@ -190,25 +186,14 @@ class MeshRefiner {
       const double area = 0.5 * FaceNormalTimesTwiceArea(result_.mesh, f).norm();
       if (area > 0) density[f] = static_cast<float>(pairs_.area_px[f] / area);
     }
-    Remesher remesher(result_.mesh, std::move(input_), std::move(density));
-    size_t changes = 0;
-    const auto count = [&](size_t number, size_t* sum) {
-      *sum += number;
-      changes += number;
-    };
-    if (options_.improve_mesh && may_collapse) {
-      count(remesher.CollapseShortEdges(kMinEdgePx, kMaxDeviationPx), &result_.num_collapses);
-    }
-    if (options_.max_face_area_px > 0) {
-      count(remesher.SplitLargeFaces(options_.max_face_area_px), &result_.num_splits);
-    }
-    if (options_.improve_mesh) {
-      count(remesher.FlipToDelaunay(kMaxDeviationPx), &result_.num_flips);
-    }
-    result_.mesh = remesher.Mesh();
-    input_ = remesher.Rest();
+    const MeshAdaptation changes = AdaptMesh(
+        {options_.max_face_area_px, options_.improve_mesh && may_collapse, options_.improve_mesh},
+        density, &result_.mesh, &input_, context_);
+    result_.num_collapses += changes.num_collapses;
+    result_.num_splits += changes.num_splits;
+    result_.num_flips += changes.num_flips;
     result_.remesh_seconds += Seconds() - start;
-    return changes > 0;
+    return changes.Any();
   }
 
   // Judges by pairs that took no part where there are any.

@@ -159,6 +159,7 @@ class ViewEvaluator {
     const int radius = options_.correlation.radius;
     // Pixels of the tile lie in windows of judged pixels up to a radius away, which reach a radius
     // further.
+    FindMasks(Grown(tile, 2 * radius, camera));
     FindJudgedParts(Grown(tile, radius, camera));
     const size_t size = static_cast<size_t>(tile.Width()) * static_cast<size_t>(tile.Height());
     for (auto* plane : {&error_, &mass_, &slope_, &curvature_}) plane->assign(size, 0.0f);
@@ -176,18 +177,36 @@ class ViewEvaluator {
     if (any) AddToFaces(tile);
   }
 
+  // The pairs that judge each pixel of an area, and the faces that they judge.
+  void FindMasks(const Rectangle& area) {
+    area_ = area;
+    const size_t size = static_cast<size_t>(area.Width()) * static_cast<size_t>(area.Height());
+    if (masks_.size() < size) masks_.resize(size);
+    for (int row = area.top; row < area.bottom; ++row) {
+      const int32_t* face = maps_.face->Row(row) + area.left;
+      uint32_t* masks = MaskRow(row, area.left);
+      for (int x = 0; x < area.Width(); ++x) {
+        masks[x] = x > 0 && face[x] == face[x - 1] ? masks[x - 1] : SlotsAt(face[x]);
+      }
+    }
+  }
+
+  uint32_t* MaskRow(int row, int column) {
+    return &masks_[static_cast<size_t>(row - area_.top) * static_cast<size_t>(area_.Width()) +
+                   static_cast<size_t>(column - area_.left)];
+  }
+
   // Bounding box of the pixels that each pair judges.
   void FindJudgedParts(const Rectangle& tile) {
     for (Slot& slot : neighbors_) slot.judged = {tile.right, tile.bottom, tile.left, tile.top};
     for (int row = tile.top; row < tile.bottom; ++row) {
-      const int32_t* face = maps_.face->Row(row);
-      for (int begin = tile.left, end = begin; begin < tile.right; begin = end) {
-        while (end < tile.right && face[end] == face[begin]) ++end;
-        uint32_t slots = SlotsAt(face[begin]);
-        for (; slots != 0; slots &= slots - 1) {
+      const uint32_t* masks = MaskRow(row, tile.left);
+      for (int begin = 0, end = 0; begin < tile.Width(); begin = end) {
+        while (end < tile.Width() && masks[end] == masks[begin]) ++end;
+        for (uint32_t slots = masks[begin]; slots != 0; slots &= slots - 1) {
           Rectangle& part = neighbors_[static_cast<size_t>(std::countr_zero(slots))].judged;
-          part = {std::min(part.left, begin), std::min(part.top, row), std::max(part.right, end),
-                  row + 1};
+          part = {std::min(part.left, tile.left + begin), std::min(part.top, row),
+                  std::max(part.right, tile.left + end), row + 1};
         }
       }
     }
@@ -211,16 +230,11 @@ class ViewEvaluator {
       WarpRow(neighbor.geometry, *neighbor.gray, *neighbor.depth, tolerance, row, area.left,
               area.Width(), maps_.depth->Row(row) + area.left,
               {&tile_.warped[start], &by_depth_[start], &tile_.valid[start]});
-      FillWeights(maps_.face->Row(row) + area.left, area.Width(), slot, &tile_.weight[start]);
+      const uint32_t* masks = MaskRow(row, area.left);
+      for (int x = 0; x < area.Width(); ++x) {
+        tile_.weight[start + static_cast<size_t>(x)] = static_cast<float>(masks[x] >> slot & 1);
+      }
       if (mask_) ApplyMask(row, area, start);
-    }
-  }
-
-  void FillWeights(const int32_t* face, int count, int slot, float* weights) const {
-    for (int begin = 0, end = 0; begin < count; begin = end) {
-      while (end < count && face[end] == face[begin]) ++end;
-      const float weight = (SlotsAt(face[begin]) >> slot & 1) != 0 ? 1.0f : 0.0f;
-      std::fill(weights + begin, weights + end, weight);
     }
   }
 
@@ -338,7 +352,9 @@ class ViewEvaluator {
   std::shared_ptr<const GrayImage> gray_;
   std::shared_ptr<const ByteImage> mask_;
   std::vector<Slot> neighbors_;
-  CorrelationTile tile_;  // of one pair
+  Rectangle area_;               // the present tile with its margin
+  std::vector<uint32_t> masks_;  // as area_: bit s is set if pair first_pair_ + s judges the pixel
+  CorrelationTile tile_;         // of one pair
   CorrelationScratch scratch_;
   std::vector<float>
       by_depth_;  // as the planes of tile_: derivative of the warped grey value by depth

@@ -2,20 +2,24 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace lsmvs {
 
 namespace {
 
-constexpr size_t kItemsPerBlock = 1 << 14;
+constexpr size_t kBucketsPerBlock = 1 << 13, kFacesPerBlock = 1 << 13;
+// If less than one of so many faces moved, each of them is looked up.
+constexpr size_t kFewMoved = 4;
 constexpr double kCellEdges = 2.0;
 // A face that touches more cells than this along an axis is entered in these many, so that one huge
 // face does not fill the grid; it then meets others only there.
-constexpr int64_t kMaxCellsAlongAxis = 64;
-constexpr int kBitsPerAxis = 21;
-// Each pass takes back a ring more.
-constexpr int kMaxPasses = 30;
+constexpr int kMaxCellsAlongAxis = 64;
+// To the normal of its vertices, so that the faces around a vertex lie side by side.
+constexpr double kUprightCosine = 0.5;
+// Boxes are rounded to float: wider by this part of the largest coordinate.
+constexpr float kRounding = 2.5e-7f;
 
 double Orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                    const Eigen::Vector3d& d) {
@@ -50,12 +54,6 @@ int NumShared(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
   return count;
 }
 
-Eigen::AlignedBox3d Box(std::span<const Eigen::Vector3d> vertices, const Eigen::Vector3i& face) {
-  Eigen::AlignedBox3d box;
-  for (const int v : face) box.extend(vertices[static_cast<size_t>(v)]);
-  return box;
-}
-
 double MeanEdge(std::span<const Eigen::Vector3d> vertices, std::span<const Eigen::Vector3i> faces) {
   double sum = 0;
   for (const Eigen::Vector3i& f : faces) {
@@ -80,61 +78,169 @@ bool FacesCross(std::span<const Eigen::Vector3d> vertices, const Eigen::Vector3i
 }
 
 FaceGrid::FaceGrid(std::span<const Eigen::Vector3d> vertices,
-                   std::span<const Eigen::Vector3i> faces)
-    : vertices_(vertices), faces_(faces) {
+                   std::span<const Eigen::Vector3i> faces, std::span<const Eigen::Vector3d> before)
+    : vertices_(vertices), before_(before), faces_(faces) {
   Eigen::AlignedBox3d bounds;
   for (const Eigen::Vector3d& x : vertices) bounds.extend(x);
+  for (const Eigen::Vector3d& x : before) bounds.extend(x);
   if (faces.empty()) return;
-  // So large that a cell's numbers fit their bits.
-  const double largest = bounds.sizes().maxCoeff() / static_cast<double>((1 << kBitsPerAxis) - 2);
-  const double cell_size = std::max(kCellEdges * MeanEdge(vertices, faces), largest);
+  const double cell_size = kCellEdges * MeanEdge(vertices, faces);
   if (!(cell_size > 0) || !std::isfinite(cell_size)) return;
-  items_.reserve(6 * faces.size());
-  for (size_t f = 0; f < faces.size(); ++f) {
-    AddFace(static_cast<int32_t>(f), cell_size, bounds.min());
+  origin_ = bounds.min();
+  cells_per_length_ = static_cast<float>(1.0 / cell_size);
+  FindUprightFaces();
+  boxes_.reserve(faces.size());
+  for (const Eigen::Vector3i& face : faces) boxes_.push_back(BoxOf(face));
+  const size_t num_buckets = std::bit_ceil(std::max<size_t>(faces.size(), 2));
+  bucket_shift_ = 64 - std::countr_zero(num_buckets);
+  begins_.assign(num_buckets + 1, 0);
+  for (const Box& box : boxes_) {
+    ForBuckets(box, [&](size_t bucket) { ++begins_[bucket]; });
   }
-  std::sort(items_.begin(), items_.end(), [](const Item& a, const Item& b) {
-    return a.cell != b.cell ? a.cell < b.cell : a.face < b.face;
-  });
+  // Ends of the buckets, which become their begins as members are put in from the back.
+  uint32_t end = 0;
+  for (uint32_t& count : begins_) count = end += count;
+  members_.resize(end);
+  for (size_t f = boxes_.size(); f-- > 0;) {
+    ForBuckets(boxes_[f],
+               [&](size_t bucket) { members_[--begins_[bucket]] = static_cast<int32_t>(f); });
+  }
 }
 
-void FaceGrid::AddFace(int32_t face, double cell_size, const Eigen::Vector3d& origin) {
-  const Eigen::AlignedBox3d box = Box(vertices_, faces_[static_cast<size_t>(face)]);
-  const Eigen::Array<int64_t, 3, 1> low =
-      ((box.min() - origin) / cell_size).array().cast<int64_t>();
-  Eigen::Array<int64_t, 3, 1> high = ((box.max() - origin) / cell_size).array().cast<int64_t>();
-  high = high.min(low + kMaxCellsAlongAxis - 1);
-  for (int64_t z = low[2]; z <= high[2]; ++z) {
-    for (int64_t y = low[1]; y <= high[1]; ++y) {
-      for (int64_t x = low[0]; x <= high[0]; ++x) {
-        const uint64_t cell = static_cast<uint64_t>(x) | static_cast<uint64_t>(y) << kBitsPerAxis |
-                              static_cast<uint64_t>(z) << 2 * kBitsPerAxis;
-        items_.push_back({cell, face});
+FaceGrid::Box FaceGrid::BoxOf(const Eigen::Vector3i& face) const {
+  Eigen::AlignedBox3d box;
+  for (const int v : face) {
+    box.extend(vertices_[static_cast<size_t>(v)] - origin_);
+    if (!before_.empty()) box.extend(before_[static_cast<size_t>(v)] - origin_);
+  }
+  const auto wider = [](const Eigen::Vector3d& x, float by) {
+    const Eigen::Array3f rounded = x.cast<float>().array();
+    return Eigen::Array3f(rounded + by * rounded.abs());
+  };
+  return {wider(box.min(), -kRounding), wider(box.max(), kRounding)};
+}
+
+FaceGrid::Cells FaceGrid::CellsOf(const Box& box) const {
+  // Within what the type holds, also where one vertex lies very far out.
+  const auto cell = [&](const Eigen::Array3f& x) -> Cell {
+    return (x * cells_per_length_).max(0.0f).min(2e9f).cast<int32_t>();
+  };
+  Cells cells{cell(box.min), cell(box.max)};
+  cells.high = cells.high.min(cells.low + kMaxCellsAlongAxis - 1);
+  return cells;
+}
+
+template <class Visit>
+void FaceGrid::ForBuckets(const Box& box, const Visit& visit) const {
+  const Cells cells = CellsOf(box);
+  for (int32_t z = cells.low[2]; z <= cells.high[2]; ++z) {
+    for (int32_t y = cells.low[1]; y <= cells.high[1]; ++y) {
+      for (int32_t x = cells.low[0]; x <= cells.high[0]; ++x) {
+        visit(BucketOf({x, y, z}));
       }
     }
   }
 }
 
+size_t FaceGrid::BucketOf(const Cell& cell) const {
+  const Eigen::Array<uint64_t, 3, 1> c = cell.cast<uint64_t>();
+  const uint64_t mixed = (c[0] << 42 ^ c[1] << 21 ^ c[2]) * 0x9e3779b97f4a7c15u;
+  return (mixed ^ mixed >> 32) * 0xd6e8feb86659fd93u >> bucket_shift_;
+}
+
+bool FaceGrid::MayCross(int32_t a, int32_t b) const {
+  const size_t i = static_cast<size_t>(a), j = static_cast<size_t>(b);
+  if (!boxes_[i].Meets(boxes_[j]) || a == b) return false;
+  return NumShared(faces_[i], faces_[j]) < 2 - (is_upright_[i] && is_upright_[j]);
+}
+
+void FaceGrid::FindUprightFaces() {
+  std::vector<Eigen::Vector3d> normals(vertices_.size(), Eigen::Vector3d::Zero());
+  const auto normal_of = [&](const Eigen::Vector3i& f) {
+    const Eigen::Vector3d& a = vertices_[static_cast<size_t>(f[0])];
+    return (vertices_[static_cast<size_t>(f[1])] - a)
+        .cross(vertices_[static_cast<size_t>(f[2])] - a)
+        .eval();
+  };
+  for (const Eigen::Vector3i& f : faces_) {
+    const Eigen::Vector3d normal = normal_of(f);
+    for (const int v : f) normals[static_cast<size_t>(v)] += normal;
+  }
+  is_upright_.reserve(faces_.size());
+  for (const Eigen::Vector3i& f : faces_) {
+    const Eigen::Vector3d normal = normal_of(f);
+    const auto along = [&](int v) {
+      const Eigen::Vector3d& around = normals[static_cast<size_t>(v)];
+      const double dot = normal.dot(around);
+      return dot > 0 && dot * dot > kUprightCosine * kUprightCosine * normal.squaredNorm() *
+                                        around.squaredNorm();
+    };
+    is_upright_.push_back(along(f[0]) && along(f[1]) && along(f[2]));
+  }
+}
+
+void FaceGrid::Doubt(const std::vector<uint8_t>& faces) {
+  for (size_t f = 0; f < is_upright_.size(); ++f) is_upright_[f] &= !faces[f];
+}
+
+size_t FaceGrid::FirstCommonBucket(int32_t a, int32_t b) const {
+  const auto low = [&](int32_t f) { return CellsOf(boxes_[static_cast<size_t>(f)]).low; };
+  return BucketOf(low(a).max(low(b)));
+}
+
 std::vector<std::pair<int32_t, int32_t>> FaceGrid::CrossingPairs(const std::vector<uint8_t>& moved,
                                                                  const RunContext& context) const {
-  const size_t num_blocks = (items_.size() + kItemsPerBlock - 1) / kItemsPerBlock;
-  std::vector<std::vector<std::pair<int32_t, int32_t>>> found(num_blocks);
-  ParallelFor(context, items_.size(), kItemsPerBlock, [&](size_t i) {
-    const int32_t a = items_[i].face;
-    const Eigen::Vector3i& face_a = faces_[static_cast<size_t>(a)];
-    const Eigen::AlignedBox3d box = Box(vertices_, face_a);
-    for (size_t k = i + 1; k < items_.size() && items_[k].cell == items_[i].cell; ++k) {
-      const int32_t b = items_[k].face;
-      if (!moved[static_cast<size_t>(a)] && !moved[static_cast<size_t>(b)]) continue;
-      const Eigen::Vector3i& face_b = faces_[static_cast<size_t>(b)];
-      if (NumShared(face_a, face_b) > 1 || !box.intersects(Box(vertices_, face_b))) continue;
-      if (FacesCross(vertices_, face_a, face_b)) found[i / kItemsPerBlock].emplace_back(a, b);
-    }
-  });
-  std::vector<std::pair<int32_t, int32_t>> pairs;
-  for (const auto& block : found) pairs.insert(pairs.end(), block.begin(), block.end());
+  if (members_.empty()) return {};
+  const auto num_moved = std::count_if(moved.begin(), moved.end(), [](uint8_t m) { return m; });
+  const bool few = static_cast<size_t>(num_moved) < moved.size() / kFewMoved;
+  Pairs pairs = few ? PairsOfFaces(moved, context) : PairsOfBuckets(moved, context);
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+bool FaceGrid::Cross(int32_t a, int32_t b) const {
+  return FacesCross(vertices_, faces_[static_cast<size_t>(a)], faces_[static_cast<size_t>(b)]);
+}
+
+FaceGrid::Pairs FaceGrid::PairsOfBuckets(const std::vector<uint8_t>& moved,
+                                         const RunContext& context) const {
+  const size_t num_buckets = begins_.size() - 1;
+  std::vector<Pairs> found((num_buckets + kBucketsPerBlock - 1) / kBucketsPerBlock);
+  ParallelFor(context, num_buckets, kBucketsPerBlock, [&](size_t bucket) {
+    for (uint32_t i = begins_[bucket]; i < begins_[bucket + 1]; ++i) {
+      const int32_t a = members_[i];
+      for (uint32_t k = i + 1; k < begins_[bucket + 1]; ++k) {
+        const int32_t b = members_[k];
+        if (!moved[static_cast<size_t>(a)] && !moved[static_cast<size_t>(b)]) continue;
+        if (!MayCross(a, b) || FirstCommonBucket(a, b) != bucket || !Cross(a, b)) continue;
+        found[bucket / kBucketsPerBlock].emplace_back(a, b);
+      }
+    }
+  });
+  return Joined(found);
+}
+
+FaceGrid::Pairs FaceGrid::PairsOfFaces(const std::vector<uint8_t>& moved,
+                                       const RunContext& context) const {
+  std::vector<Pairs> found((moved.size() + kFacesPerBlock - 1) / kFacesPerBlock);
+  ParallelFor(context, moved.size(), kFacesPerBlock, [&](size_t f) {
+    if (!moved[f]) return;
+    const int32_t a = static_cast<int32_t>(f);
+    ForBuckets(boxes_[f], [&](size_t bucket) {
+      for (uint32_t k = begins_[bucket]; k < begins_[bucket + 1]; ++k) {
+        const int32_t b = members_[k];
+        if (!MayCross(a, b) || FirstCommonBucket(a, b) != bucket || !Cross(a, b)) continue;
+        found[f / kFacesPerBlock].push_back(std::minmax(a, b));
+      }
+    });
+  });
+  return Joined(found);
+}
+
+FaceGrid::Pairs FaceGrid::Joined(const std::vector<Pairs>& blocks) {
+  Pairs pairs;
+  for (const Pairs& block : blocks) pairs.insert(pairs.end(), block.begin(), block.end());
   return pairs;
 }
 
@@ -149,12 +255,15 @@ size_t UndoCollisions(std::span<const Eigen::Vector3i> faces,
            mark[static_cast<size_t>(f[2])];
   };
   std::vector<uint8_t> changed = has_moved, moved(faces.size());
-  for (int pass = 0; pass < kMaxPasses; ++pass) {
+  FaceGrid grid(*after, faces, before);
+  // Each pass takes back at least one vertex.
+  for (bool any = true, first = true; any; first = false) {
     context.ThrowIfCancelled();
     for (size_t f = 0; f < faces.size(); ++f) moved[f] = touches(faces[f], changed);
-    const auto pairs = FaceGrid(*after, faces).CrossingPairs(moved, context);
+    if (!first) grid.Doubt(moved);
+    const auto pairs = grid.CrossingPairs(moved, context);
     std::fill(changed.begin(), changed.end(), uint8_t{0});
-    bool any = false;
+    any = false;
     for (const auto& [a, b] : pairs) {
       const Eigen::Vector3i &face_a = faces[static_cast<size_t>(a)],
                             &face_b = faces[static_cast<size_t>(b)];
@@ -171,7 +280,6 @@ size_t UndoCollisions(std::span<const Eigen::Vector3i> faces,
         }
       }
     }
-    if (!any) break;
   }
   return num_undone;
 }

@@ -129,5 +129,25 @@ TEST(Remesher, LeavesNonManifoldPartsAsTheyAre) {
   EXPECT_EQ(Inspect(result).num_duplicate_faces, 0u);
 }
 
+// Two faces back to back are a closed manifold of their own; split halves would share an edge four
+// times over.
+TEST(Remesher, KeepsFacesBackToBackManifold) {
+  TriangleMesh mesh = Grid(4);
+  mesh.vertices.insert(mesh.vertices.end(), {{0, 0, 2}, {3, 0, 2}, {0, 3, 2}});
+  mesh.faces.push_back({16, 17, 18});
+  mesh.faces.push_back({17, 16, 18});
+  const MeshInspection before = Inspect(mesh);
+  ASSERT_TRUE(before.IsManifold());
+  Remesher remesher(mesh, mesh.vertices, Density(mesh, 1.0f));
+  EXPECT_GT(remesher.SplitLargeFaces(0.1), 0u);
+  remesher.FlipToDelaunay(1);
+  remesher.CollapseShortEdges(0.5, 1);
+  const MeshInspection after = Inspect(remesher.Mesh());
+  EXPECT_TRUE(after.IsManifold());
+  EXPECT_TRUE(after.IsOriented());
+  EXPECT_EQ(after.euler_characteristic, before.euler_characteristic);
+  EXPECT_EQ(after.num_components, before.num_components);
+}
+
 }  // namespace
 }  // namespace lsmvs
