@@ -6,6 +6,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "lsmvs/mesh/face_sides.h"
+
 namespace lsmvs {
 
 namespace {
@@ -31,7 +33,7 @@ Remesher::Remesher(const TriangleMesh& mesh, std::vector<Eigen::Vector3d> rest,
   }
   origins_.resize(positions_.size());
   std::iota(origins_.begin(), origins_.end(), 0);
-  LinkFaces();
+  LinkFaces(mesh);
   LockIrregularVertices();
 }
 
@@ -39,41 +41,25 @@ void Remesher::Lock(const std::vector<int32_t>& vertices) {
   for (const int32_t v : vertices) locked_[v] = 1;
 }
 
-void Remesher::LinkFaces() {
-  struct Side {
-    int32_t low, high, face;
-    int edge;
-  };
+void Remesher::LinkFaces(const TriangleMesh& mesh) {
   locked_.assign(positions_.size(), 0);
   on_border_.assign(positions_.size(), 0);
   face_of_.assign(positions_.size(), kBorder);
-  std::vector<Side> sides;
-  sides.reserve(3 * faces_.size());
   for (size_t f = 0; f < faces_.size(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const int32_t a = faces_[f].v[k], b = faces_[f].v[(k + 1) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), static_cast<int32_t>(f), k});
-      face_of_[a] = static_cast<int32_t>(f);
-    }
+    for (const int32_t v : faces_[f].v) face_of_[v] = static_cast<int32_t>(f);
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face);
-  });
-  for (size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
-    while (end < sides.size() && sides[end].low == sides[begin].low &&
-           sides[end].high == sides[begin].high) {
-      ++end;
-    }
-    const Side &a = sides[begin], &b = sides[end - 1];
-    const bool opposite = faces_[a.face].v[a.edge] != faces_[b.face].v[b.edge];
-    if (end - begin == 2 && opposite) {
-      faces_[a.face].across[a.edge] = b.face;
-      faces_[b.face].across[b.edge] = a.face;
-      continue;
-    }
-    on_border_[a.low] = on_border_[a.high] = 1;
-    if (end - begin > 1) locked_[a.low] = locked_[a.high] = 1;
-  }
+  ForEdges(SortedFaceSides(mesh.faces, positions_.size()),
+           [&](const FaceSide* a, const FaceSide* end) {
+             const FaceSide* b = end - 1;
+             const bool opposite = faces_[a->face].v[a->corner] != faces_[b->face].v[b->corner];
+             if (end - a == 2 && opposite) {
+               faces_[a->face].across[a->corner] = b->face;
+               faces_[b->face].across[b->corner] = a->face;
+               return;
+             }
+             on_border_[a->low] = on_border_[a->high] = 1;
+             if (end - a > 1) locked_[a->low] = locked_[a->high] = 1;
+           });
 }
 
 void Remesher::LockIrregularVertices() {

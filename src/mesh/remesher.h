@@ -61,7 +61,7 @@ class Remesher {
 
   // #V: whether a face that is left uses the vertex.
   std::vector<uint8_t> UsedVertices() const;
-  void LinkFaces();
+  void LinkFaces(const TriangleMesh& mesh);
   void LockIrregularVertices();
   int CornerOf(int32_t face, int32_t vertex) const;
   // Sets what lies across the edge of `face` that starts at vertex `start`.

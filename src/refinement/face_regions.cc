@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <tuple>
+#include <numeric>
+
+#include "lsmvs/mesh/face_sides.h"
 
 namespace lsmvs {
 
@@ -12,36 +14,14 @@ constexpr int32_t kNone = -1;
 
 // #F: the faces across the three edges; of an edge with more than two faces the next in a ring.
 std::vector<std::array<int32_t, 3>> FaceNeighbors(const TriangleMesh& mesh) {
-  struct Side {
-    int low, high;
-    int32_t face;
-    int corner;
-  };
-  std::vector<Side> sides;
-  sides.reserve(3 * mesh.faces.size());
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const int a = mesh.faces[f][k], b = mesh.faces[f][(k + 1) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), static_cast<int32_t>(f), k});
-    }
-  }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face);
-  });
   std::vector<std::array<int32_t, 3>> neighbors(mesh.faces.size(), {kNone, kNone, kNone});
-  for (size_t begin = 0; begin < sides.size();) {
-    size_t end = begin;
-    while (end < sides.size() && sides[end].low == sides[begin].low &&
-           sides[end].high == sides[begin].high) {
-      ++end;
+  const std::vector<FaceSide> sides = SortedFaceSides(mesh.faces, mesh.vertices.size());
+  ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+    for (const FaceSide* side = begin; side != end && end - begin > 1; ++side) {
+      const FaceSide* next = side + 1 == end ? begin : side + 1;
+      neighbors[static_cast<size_t>(side->face)][static_cast<size_t>(side->corner)] = next->face;
     }
-    for (size_t s = begin; s < end && end - begin > 1; ++s) {
-      const Side& next = sides[s + 1 < end ? s + 1 : begin];
-      neighbors[static_cast<size_t>(sides[s].face)][static_cast<size_t>(sides[s].corner)] =
-          next.face;
-    }
-    begin = end;
-  }
+  });
   return neighbors;
 }
 
@@ -76,6 +56,35 @@ FaceRegions GrowFaceRegions(const TriangleMesh& mesh, int faces_per_region) {
     }
   }
   return regions;
+}
+
+void OrderByRegions(const FaceRegions& regions, TriangleMesh* mesh,
+                    std::vector<Eigen::Vector3d>* rest) {
+  std::vector<size_t> next(static_cast<size_t>(regions.count) + 1, 0);
+  for (const int32_t region : regions.of_face) ++next[static_cast<size_t>(region) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<Eigen::Vector3i> faces(mesh->faces.size());
+  for (size_t f = 0; f < faces.size(); ++f) {
+    faces[next[static_cast<size_t>(regions.of_face[f])]++] = mesh->faces[f];
+  }
+  std::vector<Eigen::Vector3d> vertices, places;
+  vertices.reserve(mesh->vertices.size());
+  places.reserve(mesh->vertices.size());
+  std::vector<int32_t> index(mesh->vertices.size(), kNone);
+  for (Eigen::Vector3i& face : faces) {
+    for (int& v : face) {
+      int32_t& to = index[static_cast<size_t>(v)];
+      if (to == kNone) {
+        to = static_cast<int32_t>(vertices.size());
+        vertices.push_back(mesh->vertices[static_cast<size_t>(v)]);
+        places.push_back((*rest)[static_cast<size_t>(v)]);
+      }
+      v = to;
+    }
+  }
+  mesh->faces.swap(faces);
+  mesh->vertices.swap(vertices);
+  rest->swap(places);
 }
 
 }  // namespace lsmvs

@@ -15,7 +15,13 @@ struct FaceRegions {
 
 // Grows patches of up to `faces_per_region` faces breadth first over shared edges, from the lowest
 // face that is left. Patches of less than a quarter of that join the neighbour with the lowest
-// number, if there is one. O(#F log #F).
+// number, if there is one. O(#F).
 FaceRegions GrowFaceRegions(const TriangleMesh& mesh, int faces_per_region);
+
+// Puts the faces of a region next to each other in memory, and the vertices (with their places in
+// `rest`, #V) in the order in which faces first use them; vertices without faces are dropped. What
+// works through the mesh then finds near to it what it needs.
+void OrderByRegions(const FaceRegions& regions, TriangleMesh* mesh,
+                    std::vector<Eigen::Vector3d>* rest);
 
 }  // namespace lsmvs

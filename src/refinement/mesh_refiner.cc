@@ -192,6 +192,9 @@ class MeshRefiner {
     result_.num_collapses += changes.num_collapses;
     result_.num_splits += changes.num_splits;
     result_.num_flips += changes.num_flips;
+    if (changes.Any()) {
+      OrderByRegions(GrowFaceRegions(result_.mesh, kFacesPerRegion), &result_.mesh, &input_);
+    }
     result_.remesh_seconds += Seconds() - start;
     return changes.Any();
   }

@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <numeric>
+
+#include "lsmvs/mesh/face_sides.h"
 
 namespace lsmvs {
 
@@ -19,18 +21,6 @@ constexpr float kMinEdgeWeight = 0.05f, kMaxEdgeWeight = 3.0f;
 // Shorter edges (pixels) do not stiffen the plate further.
 constexpr double kMinEdgePx = 0.5;
 
-std::vector<std::pair<int32_t, int32_t>> SortedEdges(const TriangleMesh& mesh) {
-  std::vector<std::pair<int32_t, int32_t>> edges;
-  edges.reserve(3 * mesh.faces.size());
-  for (const Eigen::Vector3i& face : mesh.faces) {
-    for (int k = 0; k < 3; ++k) {
-      edges.push_back(std::minmax(face[k], face[(k + 1) % 3]));
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  return edges;
-}
-
 double Cotangent(const Eigen::Vector3d& at, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   const Eigen::Vector3d u = a - at, v = b - at;
   return u.dot(v) / std::max(u.cross(v).norm(), 1e-300);
@@ -39,36 +29,26 @@ double Cotangent(const Eigen::Vector3d& at, const Eigen::Vector3d& a, const Eige
 }  // namespace
 
 VertexRings BuildVertexRings(const TriangleMesh& mesh) {
-  std::vector<std::pair<int32_t, int32_t>> edges = SortedEdges(mesh);
+  const std::vector<FaceSide> sides = SortedFaceSides(mesh.faces, mesh.vertices.size());
   VertexRings rings;
   rings.on_border.assign(mesh.vertices.size(), 0);
-  size_t count = 0;
-  for (size_t begin = 0; begin < edges.size();) {
-    size_t end = begin;
-    while (end < edges.size() && edges[end] == edges[begin]) ++end;
-    if (end - begin != 2) {
-      rings.on_border[static_cast<size_t>(edges[begin].first)] = 1;
-      rings.on_border[static_cast<size_t>(edges[begin].second)] = 1;
-    }
-    edges[count++] = edges[begin];
-    begin = end;
-  }
-  edges.resize(count);
   rings.begin.assign(mesh.vertices.size() + 1, 0);
-  for (const auto& [a, b] : edges) {
-    ++rings.begin[static_cast<size_t>(a) + 1];
-    ++rings.begin[static_cast<size_t>(b) + 1];
-  }
-  for (size_t v = 0; v < mesh.vertices.size(); ++v) rings.begin[v + 1] += rings.begin[v];
-  rings.neighbors.resize(2 * count);
+  ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+    const size_t low = static_cast<size_t>(begin->low), high = static_cast<size_t>(begin->high);
+    if (end - begin != 2) rings.on_border[low] = rings.on_border[high] = 1;
+    ++rings.begin[low + 1];
+    ++rings.begin[high + 1];
+  });
+  std::partial_sum(rings.begin.begin(), rings.begin.end(), rings.begin.begin());
+  rings.neighbors.resize(static_cast<size_t>(rings.begin.back()));
   std::vector<int32_t> next(rings.begin.begin(), rings.begin.end() - 1);
   // Lower neighbours first, then higher ones: each list ascends because the edges are sorted.
-  for (const auto& [a, b] : edges) {
-    rings.neighbors[static_cast<size_t>(next[static_cast<size_t>(b)]++)] = a;
-  }
-  for (const auto& [a, b] : edges) {
-    rings.neighbors[static_cast<size_t>(next[static_cast<size_t>(a)]++)] = b;
-  }
+  ForEdges(sides, [&](const FaceSide* side, const FaceSide*) {
+    rings.neighbors[static_cast<size_t>(next[static_cast<size_t>(side->high)]++)] = side->low;
+  });
+  ForEdges(sides, [&](const FaceSide* side, const FaceSide*) {
+    rings.neighbors[static_cast<size_t>(next[static_cast<size_t>(side->low)]++)] = side->high;
+  });
   return rings;
 }
 

@@ -69,7 +69,8 @@ TEST(MeshAdaptation, FlipsWhatItMayAndNothingIntoAnotherSheet) {
   EXPECT_EQ(NumCrossings(adapted), 0u);
 }
 
-// What crosses from the start is not the adaptation's to mend, nor a reason to do nothing elsewhere.
+// What crosses from the start is not the adaptation's to mend, nor a reason to do nothing
+// elsewhere.
 TEST(MeshAdaptation, LeavesCrossingsOfItsInput) {
   TriangleMesh mesh;
   AddSheet(0, &mesh);
