@@ -15,6 +15,7 @@
 #include "lsmvs/cli/nearest_name.h"
 #include "lsmvs/cli/signals.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/memory.h"
 
 namespace lsmvs {
 
@@ -132,6 +133,7 @@ void ParseAndRun(const std::string& program, Command* command,
 
 int RunCommand(const std::string& program, Command* command,
                const std::vector<std::string>& arguments) {
+  ReturnLargeBlocksWhenFreed();
   return Guarded([&] { ParseAndRun(program, command, arguments); });
 }
 

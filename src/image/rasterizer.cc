@@ -64,9 +64,9 @@ class Rasterizer {
     maps_.face.pixels.assign(size, -1);
   }
 
-  void DrawFace(int face_idx, const std::array<const ProjectedVertex*, 3>& corners) {
+  void DrawFace(int face_idx, const std::array<ProjectedVertex, 3>& corners) {
     const auto [nearest, farthest] =
-        std::minmax({corners[0]->x_in_cam.z(), corners[1]->x_in_cam.z(), corners[2]->x_in_cam.z()});
+        std::minmax({corners[0].x_in_cam.z(), corners[1].x_in_cam.z(), corners[2].x_in_cam.z()});
     if (!(farthest > 0)) return;
     const double near_depth = kNearPart * farthest;
     const bool is_clipped = nearest <= near_depth;
@@ -77,7 +77,7 @@ class Rasterizer {
     if (is_clipped) {
       DrawClipped(face_idx, plane, corners, near_depth);
     } else {
-      DrawTriangle(face_idx, plane, {corners[0]->x_px, corners[1]->x_px, corners[2]->x_px});
+      DrawTriangle(face_idx, plane, {corners[0].x_px, corners[1].x_px, corners[2].x_px});
     }
   }
 
@@ -88,9 +88,9 @@ class Rasterizer {
 
  private:
   // False where the face is seen edge-on, or from behind if those are left out.
-  bool FindPlane(const std::array<const ProjectedVertex*, 3>& corners, InverseDepth* plane) const {
-    const Eigen::Vector3d& a = corners[0]->x_in_cam;
-    const Eigen::Vector3d normal = (corners[1]->x_in_cam - a).cross(corners[2]->x_in_cam - a);
+  bool FindPlane(const std::array<ProjectedVertex, 3>& corners, InverseDepth* plane) const {
+    const Eigen::Vector3d& a = corners[0].x_in_cam;
+    const Eigen::Vector3d normal = (corners[1].x_in_cam - a).cross(corners[2].x_in_cam - a);
     const double distance = normal.dot(a);
     if (distance == 0 || (options_.cull_back_faces && distance > 0)) return false;
     const Eigen::Vector3d n = normal / distance;
@@ -101,14 +101,14 @@ class Rasterizer {
   }
 
   void DrawClipped(int face_idx, const InverseDepth& plane,
-                   const std::array<const ProjectedVertex*, 3>& corners, double near_depth) {
+                   const std::array<ProjectedVertex, 3>& corners, double near_depth) {
     std::array<Eigen::Vector2d, 4> polygon;
     size_t size = 0;
     for (size_t k = 0; k < 3; ++k) {
-      const Eigen::Vector3d& a = corners[k]->x_in_cam;
-      const Eigen::Vector3d& b = corners[(k + 1) % 3]->x_in_cam;
+      const Eigen::Vector3d& a = corners[k].x_in_cam;
+      const Eigen::Vector3d& b = corners[(k + 1) % 3].x_in_cam;
       const bool a_before = a.z() > near_depth, b_before = b.z() > near_depth;
-      if (a_before) polygon[size++] = corners[k]->x_px;
+      if (a_before) polygon[size++] = corners[k].x_px;
       if (a_before == b_before) continue;
       // From the vertex before the camera, whichever face asks.
       const Eigen::Vector3d& from = a_before ? a : b;
@@ -159,11 +159,16 @@ class Rasterizer {
   SurfaceMaps& maps_;
 };
 
-std::vector<FirstCenter> FindFirstCenters(const PinholeCamera& camera,
-                                          const std::vector<ProjectedVertex>& vertices) {
+ProjectedVertex Project(const PinholeCamera& camera, const Eigen::Vector3d& x_in_cam) {
+  return {x_in_cam, camera.Project(x_in_cam)};
+}
+
+std::vector<FirstCenter> FindFirstCenters(const PinholeCamera& camera, const Rigid3& cam_from_world,
+                                          std::span<const Eigen::Vector3d> vertices) {
   std::vector<FirstCenter> centers;
   centers.reserve(vertices.size());
-  for (const ProjectedVertex& v : vertices) {
+  for (const Eigen::Vector3d& x : vertices) {
+    const ProjectedVertex v = Project(camera, cam_from_world * x);
     if (v.x_in_cam.z() > 0) {
       centers.push_back(
           {FirstCenterFrom(v.x_px.x(), camera.width), FirstCenterFrom(v.x_px.y(), camera.height)});
@@ -185,18 +190,14 @@ void RasterizeMesh(const PinholeCamera& camera, const Rigid3& cam_from_world,
                    std::span<const Eigen::Vector3d> vertices,
                    std::span<const Eigen::Vector3i> faces, const RasterizerOptions& options,
                    SurfaceMaps* maps) {
-  std::vector<ProjectedVertex> projected(vertices.size());
-  for (size_t v = 0; v < vertices.size(); ++v) {
-    projected[v].x_in_cam = cam_from_world * vertices[v];
-    projected[v].x_px = camera.Project(projected[v].x_in_cam);
-  }
-  const std::vector<FirstCenter> centers = FindFirstCenters(camera, projected);
+  const std::vector<FirstCenter> centers = FindFirstCenters(camera, cam_from_world, vertices);
   Rasterizer rasterizer(camera, options, maps);
   for (size_t f = 0; f < faces.size(); ++f) {
     const auto a = static_cast<size_t>(faces[f][0]), b = static_cast<size_t>(faces[f][1]),
                c = static_cast<size_t>(faces[f][2]);
     if (CoversNoCenter(centers[a], centers[b], centers[c])) continue;
-    rasterizer.DrawFace(static_cast<int>(f), {&projected[a], &projected[b], &projected[c]});
+    const auto project = [&](size_t v) { return Project(camera, cam_from_world * vertices[v]); };
+    rasterizer.DrawFace(static_cast<int>(f), {project(a), project(b), project(c)});
   }
   rasterizer.Finish();
 }

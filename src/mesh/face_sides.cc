@@ -7,7 +7,9 @@ namespace lsmvs {
 
 std::vector<FaceSide> SortedFaceSides(std::span<const Eigen::Vector3i> faces, size_t num_vertices) {
   std::vector<uint32_t> ends(num_vertices + 1, 0);
-  const auto low_of = [](const Eigen::Vector3i& f, int k) { return std::min(f[k], f[(k + 1) % 3]); };
+  const auto low_of = [](const Eigen::Vector3i& f, int k) {
+    return std::min(f[k], f[(k + 1) % 3]);
+  };
   for (const Eigen::Vector3i& f : faces) {
     for (int k = 0; k < 3; ++k) ++ends[static_cast<size_t>(low_of(f, k)) + 1];
   }

@@ -15,6 +15,8 @@ namespace {
 constexpr int kMaxFan = 64;
 // Faces may turn by this cosine when an edge is collapsed.
 constexpr double kMinTurnCosine = 0.9;
+// Of an edge, by which its middle may be moved to a number that a file holds.
+constexpr double kMaxRoundingPart = 1e-4;
 
 double Cotangent(const Eigen::Vector3d& at, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   const Eigen::Vector3d u = a - at, v = b - at;
@@ -117,7 +119,8 @@ int Remesher::LongestEdge(const Face& face) const {
 
 bool Remesher::IsLocked(const Face& face, int edge) const {
   const int32_t n = face.across[edge], b = face.v[(edge + 1) % 3];
-  if (n == kBorder) return locked_[face.v[edge]] && locked_[b];
+  if (locked_[face.v[edge]] && locked_[b]) return true;
+  if (n == kBorder) return false;
   // Two faces back to back on the same three corners: the edges from a new vertex to the third
   // corner would coincide.
   return faces_[n].v[(CornerOf(n, b) + 2) % 3] == face.v[(edge + 2) % 3];
@@ -150,10 +153,13 @@ void Remesher::SplitEdge(int32_t f, int k) {
   const int32_t a = faces_[f].v[k], b = faces_[f].v[(k + 1) % 3], c = faces_[f].v[(k + 2) % 3];
   const int32_t n = faces_[f].across[k];
   const int32_t m = static_cast<int32_t>(positions_.size());
-  positions_.push_back(0.5 * (positions_[a] + positions_[b]));
-  rest_.push_back(0.5 * (rest_[a] + rest_[b]));
+  const auto middle = [](const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
+    return RoundToFile(0.5 * (p + q), kMaxRoundingPart * (p - q).norm());
+  };
+  positions_.push_back(middle(positions_[a], positions_[b]));
+  rest_.push_back(middle(rest_[a], rest_[b]));
   origins_.push_back(origins_[a]);
-  locked_.push_back(locked_[a] && locked_[b]);
+  locked_.push_back(0);
   on_border_.push_back(n == kBorder);
   face_of_.push_back(f);
   const int32_t g = static_cast<int32_t>(faces_.size());

@@ -25,6 +25,11 @@ std::vector<Eigen::Vector3f> ComputeVertexNormals(const TriangleMesh& mesh) {
   return normals;
 }
 
+Eigen::Vector3d RoundToFile(const Eigen::Vector3d& x, double max_distance) {
+  const Eigen::Vector3d rounded = x.cast<float>().cast<double>();
+  return (rounded - x).norm() < max_distance ? rounded : x;
+}
+
 std::vector<int> RemoveUnusedVertices(TriangleMesh* mesh) {
   std::vector<int> new_index(mesh->vertices.size(), -1);
   for (const Eigen::Vector3i& face : mesh->faces) {

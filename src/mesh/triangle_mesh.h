@@ -23,6 +23,11 @@ Eigen::Vector3d FaceNormalTimesTwiceArea(const TriangleMesh& mesh, size_t face);
 // Area-weighted vertex normals of unit length; zero for vertices without (proper) faces.
 std::vector<Eigen::Vector3f> ComputeVertexNormals(const TriangleMesh& mesh);
 
+// A position in the single precision of mesh files, where that moves it by less than
+// `max_distance`: surfaces that do not cross as computed then do not cross when they are read
+// again.
+Eigen::Vector3d RoundToFile(const Eigen::Vector3d& x, double max_distance);
+
 // Drops vertices that no face uses; keeps the order of the others and of the faces. Returns for
 // each old vertex its new index or -1.
 std::vector<int> RemoveUnusedVertices(TriangleMesh* mesh);

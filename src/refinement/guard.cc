@@ -14,6 +14,7 @@ namespace {
 constexpr double kRelativeTolerance = 0.005;
 constexpr double kMinMassKept = 0.4;
 constexpr int kFadeRings = 3;
+constexpr double kMaxRoundingPart = 0.01;
 
 struct RegionError {
   double error = 0, mass = 0;
@@ -94,9 +95,10 @@ GuardSummary RestoreWorseRegions(const ImageStore& images, const std::vector<Lev
   const std::vector<double> shares = KeptShares(*mesh, regions, is_worse);
   for (size_t v = 0; v < shares.size(); ++v) {
     if (shares[v] == 1.0) continue;
+    const Eigen::Vector3d way = mesh->vertices[v] - input[v];
     mesh->vertices[v] =
         shares[v] == 0.0 ? input[v]
-                         : Eigen::Vector3d(input[v] + shares[v] * (mesh->vertices[v] - input[v]));
+                         : RoundToFile(input[v] + shares[v] * way, kMaxRoundingPart * way.norm());
   }
   UndoCollisions(mesh->faces, input, &mesh->vertices, context);
   // Where the restored surface passes through itself, it is left as it was refined.

@@ -23,6 +23,9 @@ constexpr double kMinMassKept = 0.7;
 constexpr double kInitialDamping = 0.01, kMinDamping = 0.003, kMaxDamping = 100.0;
 constexpr double kDampingRaise = 8.0, kDampingFall = 1.0 / 3.0;
 constexpr int kMaxRejections = 3;
+// What a border may go further than the surface beside it.
+constexpr double kBorderSlackPx = 0.5;
+constexpr double kMaxRoundingPx = 1e-3;
 // A step may turn a face by at most this cosine.
 constexpr double kMinTurnCosine = 0.3;
 constexpr int kFoldPasses = 3;
@@ -96,6 +99,7 @@ class LevelOptimizer {
   RefinementLevelSummary Run() {
     pixel_size_ = VertexPixelSizes(mesh_, pairs_);
     FindRegionsOfVertices();
+    FindRim();
     directions_ = VertexDirections(mesh_);
     UpdateActivity();
     terms_ = EvaluatePhotoTerms(images_, views_, mesh_, directions_, pairs_, active_,
@@ -125,6 +129,14 @@ class LevelOptimizer {
         int32_t& region = region_of_vertex_[static_cast<size_t>(v)];
         if (region < 0) region = regions_.of_face[f];
       }
+    }
+  }
+
+  void FindRim() {
+    on_rim_ = smoothness_.rings().on_border;
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      if (pairs_.Seen(f)) continue;
+      for (const int v : mesh_.faces[f]) on_rim_[static_cast<size_t>(v)] = 1;
     }
   }
 
@@ -255,8 +267,34 @@ class LevelOptimizer {
     std::vector<Eigen::Vector3d> positions = mesh_.vertices;
     for (size_t v = 0; v < positions.size(); ++v) {
       positions[v] += step[v] * pixel_size_[v] * directions_[v];
+      positions[v] = RoundToFile(positions[v], kMaxRoundingPx * pixel_size_[v]);
     }
     return positions;
+  }
+
+  // Pixels from the input to where a step leads.
+  double WayFromInput(size_t v, const std::vector<double>& step) const {
+    return directions_[v].dot(mesh_.vertices[v] - input_[v]) / pixel_size_[v] + step[v];
+  }
+
+  // The windows at a border, or at what no pair sees, lie half beyond it: vertices there go little
+  // further than the surface inside.
+  void HoldBorders(std::vector<double>* step) const {
+    const VertexRings& rings = smoothness_.rings();
+    for (size_t v = 0; v < step->size(); ++v) {
+      if (!on_rim_[v] || fixed_[v]) continue;
+      double sum = 0;
+      int count = 0;
+      for (auto k = rings.begin[v]; k < rings.begin[v + 1]; ++k) {
+        const auto j = static_cast<size_t>(rings.neighbors[static_cast<size_t>(k)]);
+        if (on_rim_[j] || fixed_[j]) continue;
+        sum += WayFromInput(j, *step);
+        ++count;
+      }
+      if (count == 0) continue;
+      const double inside = sum / count, way = WayFromInput(v, *step);
+      (*step)[v] += std::clamp(way, inside - kBorderSlackPx, inside + kBorderSlackPx) - way;
+    }
   }
 
   // Takes back the steps of faces that would turn away from the surface around them.
@@ -285,6 +323,7 @@ class LevelOptimizer {
   // One step, accepted or taken back region by region. False if the level has converged.
   bool Step() {
     std::vector<double> step = FindStep();
+    HoldBorders(&step);
     StopFolds(&step);
     TriangleMesh trial;
     trial.vertices = Displaced(step);
@@ -416,6 +455,7 @@ class LevelOptimizer {
   std::vector<RegionState> states_;
   std::vector<int32_t> region_of_vertex_;
   std::vector<uint8_t> active_, fixed_;
+  std::vector<uint8_t> on_rim_;  // #V: at a border of the mesh, or of what pairs see
   std::vector<double> pixel_size_, anchors_;
   std::vector<Eigen::Vector3d> directions_;
   PhotoTerms terms_;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "lsmvs/image/rasterizer.h"
@@ -193,7 +194,10 @@ std::vector<Color> ColorVertices(const Scene& scene, const ImageStore& images,
       table.Add(static_cast<size_t>(view.vertices[k]), view.samples[k]);
     }
   });
-  ParallelFor(context, scene.views.size(), 1, [&](size_t v) {
+  // Handed out in order, whatever block a thread takes: no result waits long for those before it.
+  std::atomic<size_t> next = 0;
+  ParallelFor(context, scene.views.size(), 1, [&](size_t) {
+    const size_t v = next++;
     merge.Add(v, SampleView(scene.views[v], images, static_cast<int>(v), mesh, normals, options));
   });
   std::vector<Color> colors(mesh.vertices.size(), Color::Constant(128));

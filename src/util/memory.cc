@@ -1,5 +1,7 @@
 #include "lsmvs/util/memory.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <fstream>
 #include <limits>
@@ -39,6 +41,12 @@ size_t AvailableMemoryBytes() {
 }
 
 size_t PeakResidentBytes() { return ReadKilobyteLine("/proc/self/status", "VmHWM:"); }
+
+void ReturnLargeBlocksWhenFreed() {
+#ifdef M_MMAP_THRESHOLD
+  mallopt(M_MMAP_THRESHOLD, 2 << 20);
+#endif
+}
 
 void ResetPeakResidentBytes() { std::ofstream("/proc/self/clear_refs") << "5"; }
 

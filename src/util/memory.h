@@ -12,4 +12,9 @@ size_t AvailableMemoryBytes();
 size_t PeakResidentBytes();
 void ResetPeakResidentBytes();
 
+// From now on, what is freed of blocks of 2 MiB and more (images, maps, meshes) goes back to the
+// system at once, instead of lying between smaller blocks until the end. For programs, at their
+// start; does nothing where the C library has no such setting.
+void ReturnLargeBlocksWhenFreed();
+
 }  // namespace lsmvs
