@@ -118,6 +118,8 @@ class LevelOptimizer {
       }
     }
     summary_.final_photo_error = MeanPhotoError();
+    summary_.num_regions = static_cast<int>(states_.size());
+    for (const RegionState& state : states_) summary_.num_stopped_regions += state.frozen;
     return summary_;
   }
 

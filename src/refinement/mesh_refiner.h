@@ -89,6 +89,8 @@ struct RefinementLevelSummary {
   int level = 0;                 // 0 = full resolution of the store
   int num_iterations = 0;        // accepted and rejected
   int num_rejected_regions = 0;  // summed over the iterations
+  // Regions that had stopped moving, each by itself, when the level ended; of all.
+  int num_stopped_regions = 0, num_regions = 0;
   // Vertices whose step was taken back because the surface would have passed through itself, summed
   // over the iterations.
   size_t num_collisions_undone = 0;

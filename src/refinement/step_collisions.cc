@@ -16,8 +16,6 @@ constexpr double kCellEdges = 2.0;
 // A face that touches more cells than this along an axis is entered in these many, so that one huge
 // face does not fill the grid; it then meets others only there.
 constexpr int kMaxCellsAlongAxis = 64;
-// To the normal of its vertices, so that the faces around a vertex lie side by side.
-constexpr double kUprightCosine = 0.5;
 // Boxes are rounded to float: wider by this part of the largest coordinate.
 constexpr float kRounding = 2.5e-7f;
 
@@ -88,7 +86,6 @@ FaceGrid::FaceGrid(std::span<const Eigen::Vector3d> vertices,
   if (!(cell_size > 0) || !std::isfinite(cell_size)) return;
   origin_ = bounds.min();
   cells_per_length_ = static_cast<float>(1.0 / cell_size);
-  FindUprightFaces();
   boxes_.reserve(faces.size());
   for (const Eigen::Vector3i& face : faces) boxes_.push_back(BoxOf(face));
   const size_t num_buckets = std::bit_ceil(std::max<size_t>(faces.size(), 2));
@@ -151,36 +148,7 @@ size_t FaceGrid::BucketOf(const Cell& cell) const {
 bool FaceGrid::MayCross(int32_t a, int32_t b) const {
   const size_t i = static_cast<size_t>(a), j = static_cast<size_t>(b);
   if (!boxes_[i].Meets(boxes_[j]) || a == b) return false;
-  return NumShared(faces_[i], faces_[j]) < 2 - (is_upright_[i] && is_upright_[j]);
-}
-
-void FaceGrid::FindUprightFaces() {
-  std::vector<Eigen::Vector3d> normals(vertices_.size(), Eigen::Vector3d::Zero());
-  const auto normal_of = [&](const Eigen::Vector3i& f) {
-    const Eigen::Vector3d& a = vertices_[static_cast<size_t>(f[0])];
-    return (vertices_[static_cast<size_t>(f[1])] - a)
-        .cross(vertices_[static_cast<size_t>(f[2])] - a)
-        .eval();
-  };
-  for (const Eigen::Vector3i& f : faces_) {
-    const Eigen::Vector3d normal = normal_of(f);
-    for (const int v : f) normals[static_cast<size_t>(v)] += normal;
-  }
-  is_upright_.reserve(faces_.size());
-  for (const Eigen::Vector3i& f : faces_) {
-    const Eigen::Vector3d normal = normal_of(f);
-    const auto along = [&](int v) {
-      const Eigen::Vector3d& around = normals[static_cast<size_t>(v)];
-      const double dot = normal.dot(around);
-      return dot > 0 && dot * dot > kUprightCosine * kUprightCosine * normal.squaredNorm() *
-                                        around.squaredNorm();
-    };
-    is_upright_.push_back(along(f[0]) && along(f[1]) && along(f[2]));
-  }
-}
-
-void FaceGrid::Doubt(const std::vector<uint8_t>& faces) {
-  for (size_t f = 0; f < is_upright_.size(); ++f) is_upright_[f] &= !faces[f];
+  return NumShared(faces_[i], faces_[j]) < 2;
 }
 
 size_t FaceGrid::FirstCommonBucket(int32_t a, int32_t b) const {
@@ -257,10 +225,9 @@ size_t UndoCollisions(std::span<const Eigen::Vector3i> faces,
   std::vector<uint8_t> changed = has_moved, moved(faces.size());
   FaceGrid grid(*after, faces, before);
   // Each pass takes back at least one vertex.
-  for (bool any = true, first = true; any; first = false) {
+  for (bool any = true; any;) {
     context.ThrowIfCancelled();
     for (size_t f = 0; f < faces.size(); ++f) moved[f] = touches(faces[f], changed);
-    if (!first) grid.Doubt(moved);
     const auto pairs = grid.CrossingPairs(moved, context);
     std::fill(changed.begin(), changed.end(), uint8_t{0});
     any = false;

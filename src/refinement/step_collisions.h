@@ -15,18 +15,13 @@ class FaceGrid {
  public:
   // Cells are twice the mean edge long. O(#F); 24 bytes a face, and 8 bytes a face and cell that it
   // touches.
-  // Where there is a `before`, vertices may later return to their places there, as long as Doubt()
-  // hears of it.
+  // Where there is a `before`, vertices may later return to their places there.
   FaceGrid(std::span<const Eigen::Vector3d> vertices, std::span<const Eigen::Vector3i> faces,
            std::span<const Eigen::Vector3d> before = {});
 
-  // Marks faces (#F) whose corners have moved since the grid was made.
-  void Doubt(const std::vector<uint8_t>& faces);
-
   // Pairs of faces (lower index first, ascending) that cross each other and of which at least one
-  // has `moved[f]`. Faces that share an edge are not looked at: they meet there. Nor are faces that
-  // share a vertex and look the way the surface does at their corners: they lie side by side around
-  // it. Of others that share a vertex, the edge opposite of it may cross the other face.
+  // has `moved[f]`. Faces that share an edge are not looked at: they meet there. Of faces that
+  // share a vertex, the edge opposite of it may cross the other face.
   std::vector<std::pair<int32_t, int32_t>> CrossingPairs(const std::vector<uint8_t>& moved,
                                                          const RunContext& context) const;
 
@@ -53,7 +48,6 @@ class FaceGrid {
   size_t BucketOf(const Cell& cell) const;
   // Of the cells that both faces touch, if there are any: so that a pair is looked at once.
   size_t FirstCommonBucket(int32_t a, int32_t b) const;
-  void FindUprightFaces();
   bool MayCross(int32_t a, int32_t b) const;
   bool Cross(int32_t a, int32_t b) const;
   // By looking into every cell, or at the cells of every moved face.
@@ -66,8 +60,7 @@ class FaceGrid {
   Eigen::Vector3d origin_;
   float cells_per_length_ = 0;
   int bucket_shift_ = 0;
-  std::vector<Box> boxes_;           // #F, relative to the origin
-  std::vector<uint8_t> is_upright_;  // #F: its normal goes along with that of each of its vertices
+  std::vector<Box> boxes_;  // #F, relative to the origin
   // Cells share buckets by a hash: the faces of bucket k are members_[begins_[k] .. begins_[k +
   // 1]), ascending; a face is in a bucket once for each of its cells there.
   std::vector<uint32_t> begins_;

@@ -184,6 +184,40 @@ TEST(MeshRefiner, ScaleAndRotationOfTheSceneChangeNothing) {
   EXPECT_NEAR(difference, Measure(scene.s, base.mesh).mean, 0.01);
 }
 
+// Regions stop one by one: those of a sphere that is true on one side before those with noise.
+TEST(MeshRefiner, RegionsThatHaveConvergedStopBeforeTheOthers) {
+  const RenderedScene scene(MakeScene(ShapeName::kSphere, 10, 128, 96));
+  const TriangleMesh truth = scene.s.shape->Mesh(5 * scene.s.gsd);
+  TriangleMesh mesh = WithNoise(truth, 1.5 * scene.s.gsd, 7);
+  for (size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (truth.vertices[v].x() > 0) mesh.vertices[v] = truth.vertices[v];
+  }
+  MeshRefinerOptions options = FastOptions();
+  options.num_levels = 1;
+  options.max_num_iterations = 3;
+  options.min_relative_gain = 0.01;
+  const auto result = RefineMesh(scene.s.scene, *scene.images, mesh, options, RunContext(2));
+  const RefinementLevelSummary& level = result.levels.front();
+  EXPECT_GT(level.num_stopped_regions, level.num_regions / 8);
+  EXPECT_LT(level.num_stopped_regions, level.num_regions);
+  options.max_num_iterations = 20;
+  const auto long_run = RefineMesh(scene.s.scene, *scene.images, mesh, options, RunContext(2));
+  EXPECT_LT(long_run.levels.front().num_iterations, 20);
+  EXPECT_GT(long_run.levels.front().num_stopped_regions, level.num_stopped_regions);
+}
+
+// Views that took no part confirm what the others found.
+TEST(MeshRefiner, HeldOutViewsJudge) {
+  const RenderedScene scene(MakeScene(ShapeName::kSphere, 16, 128, 96));
+  const TriangleMesh noisy = WithNoise(scene.s.shape->Mesh(6 * scene.s.gsd), scene.s.gsd, 8);
+  MeshRefinerOptions options = FastOptions();
+  options.hold_out_every = 4;
+  const auto result = RefineMesh(scene.s.scene, *scene.images, noisy, options, RunContext(2));
+  EXPECT_LT(result.output_photo_error, 0.8 * result.input_photo_error);
+  EXPECT_LT(result.num_regions_restored, result.num_regions / 10);
+  EXPECT_LT(MeanErrorPx(scene.s, result.mesh), 0.3);
+}
+
 double BorderLength(const TriangleMesh& mesh) {
   std::map<std::pair<int, int>, int> sides;
   for (const Eigen::Vector3i& f : mesh.faces) {
