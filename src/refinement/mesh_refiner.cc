@@ -25,7 +25,7 @@ constexpr int kFacesPerGuardRegion = 64;
 constexpr double kLevelCostRatio = 3.0;
 
 // Measured on scenes of 11 to 24 photos.
-constexpr double kSecondsPerPixel = 6e-8, kSecondsPerFaceAndView = 1.5e-7;
+constexpr double kSecondsPerPixel = 1.5e-7, kSecondsPerFace = 4e-6;  // for each evaluation
 constexpr double kSecondsPerPixelOnce = 2e-7;  // decoding, colours
 constexpr double kLevelSum = 1.33;             // pixels of all levels, relative to the finest
 constexpr double kPixelsPerFace = 60, kMapBytesPerPixel = 8, kBytesPerFace = 350,
@@ -263,10 +263,10 @@ CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images
     largest = std::max(largest, size);
   }
   const double faces = std::max(static_cast<double>(num_input_faces), pixels / kPixelsPerFace);
-  const double evaluations = kLevelSum * (options.max_num_iterations / 2.0 + 1.0);
+  const double evaluations = options.max_num_iterations / 2.0 + 1.0;
   CostEstimate cost;
-  cost.cpu_seconds = evaluations * (pixels * kSecondsPerPixel +
-                                    faces * scene.num_views() * kSecondsPerFaceAndView) +
+  cost.cpu_seconds = evaluations * (kLevelSum * pixels * kSecondsPerPixel +
+                                    options.num_levels * faces * kSecondsPerFace) +
                      pixels * kSecondsPerPixelOnce;
   const double maps =
       std::min(kMapBytesPerPixel * pixels, static_cast<double>(context.memory_budget_bytes) / 4);
