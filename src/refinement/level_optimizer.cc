@@ -24,7 +24,7 @@ constexpr double kInitialDamping = 0.01, kMinDamping = 0.003, kMaxDamping = 100.
 constexpr double kDampingRaise = 8.0, kDampingFall = 1.0 / 3.0;
 constexpr int kMaxRejections = 3;
 // What a border may go further than the surface beside it.
-constexpr double kBorderSlackPx = 0.5;
+constexpr double kBorderSlackPx = 1.5;
 constexpr double kMaxRoundingPx = 1e-3;
 // A step may turn a face by at most this cosine.
 constexpr double kMinTurnCosine = 0.3;
