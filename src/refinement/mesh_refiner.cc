@@ -26,8 +26,8 @@ constexpr double kLevelCostRatio = 3.0;
 
 // Measured on scenes of 11 to 24 photos.
 constexpr double kSecondsPerPixel = 1.5e-7, kSecondsPerFace = 4e-6;  // for each evaluation
-constexpr double kSecondsPerPixelOnce = 2e-7;  // decoding, colours
-constexpr double kLevelSum = 1.33;             // pixels of all levels, relative to the finest
+constexpr double kSecondsPerPixelOnce = 2e-7;                        // decoding, colours
+constexpr double kLevelSum = 1.33;  // pixels of all levels, relative to the finest
 constexpr double kPixelsPerFace = 60, kMapBytesPerPixel = 8, kBytesPerFace = 350,
                  kBytesPerPixelInWork = 8;
 
