@@ -101,10 +101,11 @@ Task SurfaceTask(const Reconstruction& reconstruction, const std::filesystem::pa
 TaskCounts RunRefinement(const Reconstruction& reconstruction, const std::filesystem::path& input,
                          const TaskRun& run) {
   const Eigen::Vector3d& offset = reconstruction.scene.world_offset;
-  const TriangleMesh mesh = ReadMeshPly(input, offset);
+  TriangleMesh mesh = ReadMeshPly(input, offset);
   if (mesh.empty()) throw InputError(input.string(), "has no faces", "give a mesh");
-  const RefinementResult result = RefineMesh(reconstruction.scene, *reconstruction.images, mesh,
-                                             reconstruction.options.refinement, run.context);
+  const RefinementResult result =
+      RefineMesh(reconstruction.scene, *reconstruction.images, std::move(mesh),
+                 reconstruction.options.refinement, run.context);
   WriteMeshPly(run.outputs.at(0), result.mesh, offset);
   return {{"vertices", static_cast<double>(result.mesh.vertices.size())},
           {"faces", static_cast<double>(result.mesh.faces.size())},

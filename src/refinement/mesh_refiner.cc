@@ -104,18 +104,18 @@ class MeshRefiner {
               const RunContext& context)
       : scene_(scene), images_(images), options_(options), context_(context) {}
 
-  RefinementResult Run(const TriangleMesh& mesh) {
+  RefinementResult Run(TriangleMesh&& mesh) {
     const double start = Seconds();
-    result_.mesh.vertices = mesh.vertices;
-    result_.mesh.faces = mesh.faces;
-    input_ = mesh.vertices;
+    result_.mesh.vertices = std::move(mesh.vertices);
+    result_.mesh.faces = std::move(mesh.faces);
+    input_ = result_.mesh.vertices;
     candidates_ = NeighborPairs(scene_, options_, options_.max_num_neighbors,
                                 HeldOut(scene_.num_views(), options_.hold_out_every));
     result_.num_pairs = static_cast<int>(candidates_.size());
     result_.prepare_seconds = Seconds() - start;
     if (candidates_.empty()) {
       GiveUp("no two photos overlap at a useful angle; the mesh is as it was");
-    } else if (mesh.faces.empty()) {
+    } else if (result_.mesh.faces.empty()) {
       GiveUp("the mesh has no faces");
     } else {
       RefineLevels();
@@ -245,11 +245,11 @@ class MeshRefiner {
 
 }  // namespace
 
-RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, const TriangleMesh& mesh,
+RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, TriangleMesh mesh,
                             const MeshRefinerOptions& options, const RunContext& context) {
   std::string error;
   if (!options.Check(&error)) throw std::logic_error(error);
-  return MeshRefiner(scene, images, options, context).Run(mesh);
+  return MeshRefiner(scene, images, options, context).Run(std::move(mesh));
 }
 
 CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images,

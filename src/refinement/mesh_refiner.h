@@ -137,16 +137,16 @@ struct RefinementResult {
 // region if `guard`. Facets that no pair sees stay where they are. Deterministic for any number of
 // threads; does not depend on the scale, rotation or translation of the scene beyond rounding.
 // Memory: 8 bytes a pixel of the views in use at a time (bounded by the context's budget) plus
-// about 400 bytes a vertex, and what the image store holds. Time: about 60 ns a pixel and pair for
-// each iteration. Throws std::logic_error for options that fail Check(), CancelledError, and what
-// the image store throws.
+// about 400 bytes a vertex, and what the image store holds; `mesh` is taken over (move it in).
+// Time: about 60 ns a pixel and pair for each iteration. Throws std::logic_error for options that
+// fail Check(), CancelledError, and what the image store throws.
 //
 // J.-P. Pons, R. Keriven, O. Faugeras, "Multi-view stereo reconstruction and scene flow estimation
 // with a global image-based matching score", IJCV 72(2), 2007; H.-H. Vu, P. Labatut, J.-P. Pons, R.
 // Keriven, "High accuracy and visibility-consistent dense multiview stereo", PAMI 34(5), 2012. We
 // deviate in the optimiser (they descend the gradient), in choosing pairs per facet, and in
 // guarding the result.
-RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, const TriangleMesh& mesh,
+RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, TriangleMesh mesh,
                             const MeshRefinerOptions& options, const RunContext& context);
 
 // From the pixels of the views, the pairs a facet and the vertices that the target facet size
