@@ -9,7 +9,6 @@
 #include "lsmvs/colmap_adapter/image_order_internal.h"
 #include "lsmvs/colmap_adapter/visibility_file_internal.h"
 #include "lsmvs/mesh/ply.h"
-#include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
@@ -184,23 +183,25 @@ FusedCloud ReadFusedCloud(const fs::path& ply_path, const Scene& scene,
 
 namespace {
 
-std::string PlyHeader(size_t num_points, bool as_double) {
+// The same length for any number of points.
+std::string PlyHeader(uint64_t num_points, bool as_double) {
   const char* type = as_double ? "double" : "float";
+  const std::string count = fmt::format("{}", num_points);
+  constexpr size_t kMaxDigits = 20;
   return fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\n"
+      "ply\nformat binary_little_endian 1.0\ncomment {:.<{}}\nelement vertex {}\n"
       "property {} x\nproperty {} y\nproperty {} z\n"
       "property float nx\nproperty float ny\nproperty float nz\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
-      num_points, type, type, type);
+      "lsmvs", 5 + kMaxDigits - count.size(), count, type, type, type);
 }
 
-void WritePoints(const VisibilityCloud& cloud, const Eigen::Vector3d& world_offset,
-                 AtomicFile* file) {
-  const bool as_double = !world_offset.isZero(0.0);
-  file->Write(PlyHeader(cloud.size(), as_double));
+bool NeedsDoubles(const Scene& scene) { return !scene.world_offset.isZero(0.0); }
+
+void WritePoints(const VisibilityCloud& cloud, const Scene& scene, AtomicFile* file) {
   for (size_t p = 0; p < cloud.size(); ++p) {
-    if (as_double) {
-      const Eigen::Vector3d x = cloud.positions[p].cast<double>() + world_offset;
+    if (NeedsDoubles(scene)) {
+      const Eigen::Vector3d x = cloud.positions[p].cast<double>() + scene.world_offset;
       file->Write(x.data(), sizeof x);
     } else {
       file->Write(cloud.positions[p].data(), 3 * sizeof(float));
@@ -210,9 +211,9 @@ void WritePoints(const VisibilityCloud& cloud, const Eigen::Vector3d& world_offs
   }
 }
 
+// Without the number of points that the file begins with.
 void WriteViews(const std::vector<uint64_t>& begin, const std::vector<uint32_t>& view_idxs,
                 AtomicFile* file) {
-  file->WriteValue(static_cast<uint64_t>(begin.size() - 1));
   for (size_t p = 0; p + 1 < begin.size(); ++p) {
     const auto count = static_cast<uint32_t>(begin[p + 1] - begin[p]);
     file->WriteValue(count);
@@ -228,19 +229,40 @@ void RemoveIfThere(const fs::path& path) {
 
 }  // namespace
 
+FusedCloudWriter::FusedCloudWriter(const fs::path& ply_path, const Scene& scene)
+    : ply_path_(ply_path),
+      scene_(scene),
+      ply_(ply_path),
+      vis_(DenseWorkspace::VisibilityPath(ply_path)) {
+  ply_.Write(PlyHeader(0, NeedsDoubles(scene)));
+  vis_.WriteValue(uint64_t{0});
+}
+
+void FusedCloudWriter::Add(const VisibilityCloud& part) {
+  part.CheckConsistent(scene_.views.size());
+  WritePoints(part, scene_, &ply_);
+  WriteViews(part.view_begin, part.view_idxs, &vis_);
+  num_points_ += part.size();
+}
+
+void FusedCloudWriter::Commit() {
+  ply_.Overwrite(0, PlyHeader(num_points_, NeedsDoubles(scene_)));
+  vis_.Overwrite(0, {reinterpret_cast<const char*>(&num_points_), sizeof num_points_});
+  RemoveIfThere(ply_path_);
+  vis_.Commit();
+  ply_.Commit();
+}
+
 void WriteFusedCloud(const fs::path& ply_path, const VisibilityCloud& cloud, const Scene& scene) {
-  cloud.CheckConsistent(scene.views.size());
-  AtomicFile ply(ply_path), vis(DenseWorkspace::VisibilityPath(ply_path));
-  WritePoints(cloud, scene.world_offset, &ply);
-  WriteViews(cloud.view_begin, cloud.view_idxs, &vis);
-  RemoveIfThere(ply_path);
-  vis.Commit();
-  ply.Commit();
+  FusedCloudWriter writer(ply_path, scene);
+  writer.Add(cloud);
+  writer.Commit();
 }
 
 void WriteVisibility(const fs::path& vis_path, const std::vector<uint64_t>& begin,
                      const std::vector<uint32_t>& view_idxs) {
   AtomicFile file(vis_path);
+  file.WriteValue(static_cast<uint64_t>(begin.size() - 1));
   WriteViews(begin, view_idxs, &file);
   file.Commit();
 }

@@ -7,6 +7,7 @@
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/scene/scene.h"
 #include "lsmvs/scene/visibility_cloud.h"
+#include "lsmvs/util/atomic_file.h"
 
 namespace lsmvs {
 
@@ -34,9 +35,27 @@ FusedCloud ReadFusedCloud(const std::filesystem::path& ply_path, const Scene& sc
                           const DenseWorkspace& workspace);
 
 // Writes fused.ply and fused.ply.vis as COLMAP does (binary little endian: float x y z nx ny nz,
-// uchar red green blue), with double coordinates if scene.world_offset is not zero. Both are
-// complete before either appears, and a cloud that stood there is removed before its visibility is
-// replaced: a kill never leaves two that do not belong together.
+// uchar red green blue), with double coordinates if scene.world_offset is not zero, part by part: a
+// cloud need not fit into memory. (A comment of fixed length stands in for the digits of the number
+// of points.) Commit() lets both appear, complete: a cloud that stood there is removed before its
+// visibility is replaced, so that a kill never leaves two that do not belong together. Without it
+// nothing has happened. Failures throw FileSystemError.
+class FusedCloudWriter {
+ public:
+  // `scene` outlives the writer.
+  FusedCloudWriter(const std::filesystem::path& ply_path, const Scene& scene);
+
+  void Add(const VisibilityCloud& part);
+  void Commit();
+
+ private:
+  const std::filesystem::path ply_path_;
+  const Scene& scene_;
+  AtomicFile ply_, vis_;
+  uint64_t num_points_ = 0;
+};
+
+// The same for a cloud in memory.
 void WriteFusedCloud(const std::filesystem::path& ply_path, const VisibilityCloud& cloud,
                      const Scene& scene);
 

@@ -82,9 +82,11 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
     return std::move(fused.cloud);
   }
 
-  void WriteCloud(const VisibilityCloud& cloud, const Scene& scene,
-                  const std::vector<fs::path>& outputs) const override {
-    WriteFusedCloud(outputs.at(0), cloud, scene);
+  void WriteCloud(const Scene& scene, const std::vector<fs::path>& outputs,
+                  const std::function<void(const CloudSink&)>& write) const override {
+    FusedCloudWriter writer(outputs.at(0), scene);
+    write([&](const VisibilityCloud& part) { writer.Add(part); });
+    writer.Commit();
   }
 
   fs::path KeypointFile() const override { return database_; }

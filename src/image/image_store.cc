@@ -159,19 +159,19 @@ struct ImageStore::Cache {
     if (found == entries.end() || found->second != entry) return;
     entry->bytes = bytes;
     held += bytes;
-    while (held > budget && order.back() != key) {
-      const auto oldest = entries.find(order.back());
-      held -= oldest->second->bytes;
-      entries.erase(oldest);
-      order.pop_back();
-    }
+    while (held > budget && order.back() != key) DropOldest();
   }
 
-  void Clear() {
+  void Trim(size_t max_bytes) {
     const std::lock_guard<std::mutex> lock(mutex);
-    entries.clear();
-    order.clear();
-    held = 0;
+    while (held > max_bytes) DropOldest();
+  }
+
+  void DropOldest() {
+    const auto oldest = entries.find(order.back());
+    held -= oldest->second->bytes;
+    entries.erase(oldest);
+    order.pop_back();
   }
 
   size_t budget;
@@ -212,7 +212,7 @@ std::shared_ptr<const ByteImage> ImageStore::Mask(int view_idx, int level) const
   });
 }
 
-void ImageStore::Clear() const { cache_->Clear(); }
+void ImageStore::Trim(size_t max_bytes) const { cache_->Trim(max_bytes); }
 
 size_t ImageStore::HeldBytes() const {
   const std::lock_guard<std::mutex> lock(cache_->mutex);

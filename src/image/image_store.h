@@ -49,9 +49,10 @@ class ImageStore {
   // Null if the view has no mask. A reduced pixel is used only if all its pixels are.
   std::shared_ptr<const ByteImage> Mask(int view_idx, int level) const;
 
-  // Lets go of all decoded images, as between phases that need others. What is asked for again is
-  // decoded again.
-  void Clear() const;
+  // Lets go of decoded images, the longest unused first, until `max_bytes` at most are held: what a
+  // phase needs at a time, or 0 between phases that need others. What is asked for again is decoded
+  // again.
+  void Trim(size_t max_bytes) const;
 
   // Bytes of the decoded images that the store holds at present.
   size_t HeldBytes() const;

@@ -32,7 +32,8 @@ TaskCounts RunQuasiDense(const Reconstruction& reconstruction, const TaskRun& ru
       MatchQuasiDense(reconstruction.scene, *reconstruction.images, reconstruction.neighbors,
                       keypoints, options, run.context);
   if (result.cloud.size() == 0) ThrowWithoutCloud(reconstruction, result);
-  reconstruction.files->WriteCloud(result.cloud, reconstruction.scene, run.outputs);
+  reconstruction.files->WriteCloud(reconstruction.scene, run.outputs,
+                                   [&](const CloudSink& sink) { sink(result.cloud); });
   return {{"points", static_cast<double>(result.cloud.size())},
           {"observations", static_cast<double>(result.cloud.view_idxs.size())},
           {"interest_points", static_cast<double>(result.counters.num_interest_points)},

@@ -14,15 +14,31 @@ namespace {
 constexpr const char* kStereoVersion = "2";
 constexpr const char* kFusionVersion = "2";
 
-// Part of the memory budget that cached depth maps may take.
+// Part of the memory budget that cached depth maps may take, and the number of views that are
+// cached at most: those that one view has to do with. More would make memory grow with the number
+// of photos and save little time.
 constexpr size_t kMapBudgetDivisor = 4;
+constexpr size_t kViewsHeld = 12;
+// Of a depth map with normals, and of a photo with all its levels in grey.
+constexpr size_t kMapBytesPerPixel = 16;
+constexpr size_t kPhotoBytesPerPixel = 6;
 
 std::string KindName(DepthMapKind kind) {
   return kind == DepthMapKind::kPhotometric ? "photometric" : "geometric";
 }
 
+size_t LargestImage(const Reconstruction& reconstruction) {
+  size_t num_pixels = 0;
+  for (int v = 0; v < reconstruction.scene.num_views(); ++v) {
+    const PinholeCamera camera = reconstruction.images->Camera(v, 0);
+    num_pixels = std::max(num_pixels, static_cast<size_t>(camera.width) * camera.height);
+  }
+  return num_pixels;
+}
+
 size_t MapBudget(const Reconstruction& reconstruction) {
-  return reconstruction.memory_budget_bytes / kMapBudgetDivisor;
+  return std::min(reconstruction.memory_budget_bytes / kMapBudgetDivisor,
+                  kViewsHeld * kMapBytesPerPixel * LargestImage(reconstruction));
 }
 
 double CountDepths(const DepthMap& map) {
@@ -68,6 +84,7 @@ TaskCounts RunStereo(const Reconstruction& reconstruction, int view_idx, DepthMa
                        reconstruction.neighbors[view], reconstruction.depth_ranges[view],
                        maps.get(), reconstruction.options.patch_match, run.context);
   reconstruction.files->WriteDepthMap(reconstruction.scene.views[view], kind, map, run.outputs);
+  reconstruction.images->Trim(kViewsHeld * kPhotoBytesPerPixel * LargestImage(reconstruction));
   return {{"maps", 1.0}, {"depths", CountDepths(map)}};
 }
 
@@ -138,17 +155,22 @@ TaskCounts RunFusion(const Reconstruction& reconstruction, DepthMapKind kind, co
       reconstruction.files->OpenDepthMaps(reconstruction.scene, kind, MapBudget(reconstruction));
   FusionOptions options = reconstruction.options.fusion;
   options.bounding_box = reconstruction.options.bounding_box;
-  const VisibilityCloud cloud =
-      FuseDepthMaps(reconstruction.scene, *reconstruction.images, reconstruction.neighbors, *maps,
-                    options, run.context);
-  if (cloud.size() == 0) {
+  size_t num_points = 0, num_observations = 0;
+  reconstruction.files->WriteCloud(reconstruction.scene, run.outputs, [&](const CloudSink& write) {
+    const auto count_and_write = [&](const VisibilityCloud& part) {
+      num_points += part.size();
+      num_observations += part.view_idxs.size();
+      write(part);
+    };
+    FuseDepthMaps(reconstruction.scene, *reconstruction.images, reconstruction.neighbors, *maps,
+                  options, count_and_write, run.context);
+    if (num_points > 0) return;
     throw InputError(reconstruction.files->CloudFile().string(),
                      "would be empty: no depth is confirmed by other views",
                      EmptyCloudRemedy(reconstruction) + ", or lower --StereoFusion.min_num_pixels");
-  }
-  reconstruction.files->WriteCloud(cloud, reconstruction.scene, run.outputs);
-  return {{"points", static_cast<double>(cloud.size())},
-          {"observations", static_cast<double>(cloud.view_idxs.size())}};
+  });
+  return {{"points", static_cast<double>(num_points)},
+          {"observations", static_cast<double>(num_observations)}};
 }
 
 }  // namespace
@@ -185,7 +207,7 @@ Task MakeFusionTask(const ReconstructionPtr& reconstruction, DepthMapKind kind, 
   }
   task.outputs = reconstruction->files->CloudFiles(cloud);
   task.foreign_outputs = ForeignOutputs::kUse;
-  task.cost = EstimateFusionCost(reconstruction->scene, *reconstruction->images, options.fusion);
+  task.cost = EstimateFusionCost(reconstruction->scene, *reconstruction->images);
   task.run = [=](const TaskRun& run) { return RunFusion(*reconstruction, kind, run); };
   return task;
 }

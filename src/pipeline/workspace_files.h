@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -46,8 +47,9 @@ class WorkspaceFiles {
       const std::filesystem::path& cloud) const = 0;
   virtual VisibilityCloud ReadCloud(const std::filesystem::path& cloud,
                                     const Scene& scene) const = 0;
-  virtual void WriteCloud(const VisibilityCloud& cloud, const Scene& scene,
-                          const std::vector<std::filesystem::path>& outputs) const = 0;
+  // `write` hands the cloud over part by part. If it throws, no file appears.
+  virtual void WriteCloud(const Scene& scene, const std::vector<std::filesystem::path>& outputs,
+                          const std::function<void(const CloudSink&)>& write) const = 0;
 
   // The file that holds features of the photos that may join the interest points; empty if none.
   virtual std::filesystem::path KeypointFile() const = 0;

@@ -153,7 +153,7 @@ class MeshRefiner {
   // False if no pair sees any face.
   bool RefineLevel(int level, const RunContext& context) {
     const double start = Seconds();
-    images_.Clear();
+    images_.Trim(0);
     const auto views = MakeLevelViews(scene_, images_, level);
     SelectPairs(views, context);
     if (AdaptToPairs(result_.levels.empty())) SelectPairs(views, context);
@@ -223,7 +223,7 @@ class MeshRefiner {
 
   void Color() {
     const double start = Seconds();
-    images_.Clear();
+    images_.Trim(0);
     VertexColorOptions color_options;
     color_options.depth_tolerance = options_.depth_tolerance;
     result_.mesh.vertex_colors =

@@ -18,6 +18,17 @@ void VisibilityCloud::Add(const Eigen::Vector3f& position, const Eigen::Vector3f
   view_begin.push_back(view_idxs.size());
 }
 
+void VisibilityCloud::Append(const VisibilityCloud& other) {
+  const uint64_t base = view_idxs.size();
+  positions.insert(positions.end(), other.positions.begin(), other.positions.end());
+  normals.insert(normals.end(), other.normals.begin(), other.normals.end());
+  colors.insert(colors.end(), other.colors.begin(), other.colors.end());
+  view_idxs.insert(view_idxs.end(), other.view_idxs.begin(), other.view_idxs.end());
+  for (size_t p = 1; p < other.view_begin.size(); ++p) {
+    view_begin.push_back(base + other.view_begin[p]);
+  }
+}
+
 void VisibilityCloud::Reserve(size_t num_points, size_t num_view_entries) {
   positions.reserve(num_points);
   normals.reserve(num_points);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -27,9 +28,13 @@ struct VisibilityCloud {
   // `views` need not be sorted; duplicates are dropped.
   void Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal, const Color& color,
            std::span<const uint32_t> views);
+  void Append(const VisibilityCloud& other);
   void Reserve(size_t num_points, size_t num_view_entries);
   // Throws std::logic_error if arrays do not fit each other or a view is not below `num_views`.
   void CheckConsistent(size_t num_views) const;
 };
+
+// Takes the points of a cloud that is too large to be held, part by part, in order.
+using CloudSink = std::function<void(const VisibilityCloud& part)>;
 
 }  // namespace lsmvs

@@ -13,14 +13,15 @@ namespace lsmvs {
 
 namespace {
 
-constexpr float kNoEstimate = 0.0f;
 // For the cost estimate, measured on 1536 x 1024 photos.
 constexpr double kSecondsPerPixel = 0.45e-6;
-constexpr double kBytesPerPixel = 70;
-constexpr double kPointsPerPixel = 0.25;
-constexpr double kBytesPerPoint = 110;  // arrays grow by doubling
+// Evidence and points of one view, a dozen maps and photos.
+constexpr double kBytesPerPixel = 440;
 // A view sees through a point if its map lies so many times the thresholds behind it.
 constexpr double kSeeThroughFactor = 2;
+// Colour images that the store keeps for the next reference view, whose neighbours are much the
+// same.
+constexpr size_t kImagesHeld = 12;
 // Pixels of weak support must hang together over the area of a matching window: less repeats the
 // evidence of one window.
 constexpr int kMinWeakArea = 121;
@@ -60,17 +61,24 @@ struct LoadedView {
   }
 };
 
+// What one neighbour says about the depths of one row of the reference: few of its pixels where
+// neighbours are many.
+struct RowEstimates {
+  std::vector<uint16_t> columns;  // ascending
+  std::vector<float> depths;      // on the reference's ray
+};
+
 // What the neighbours say about the pixels of one reference view.
 struct Evidence {
-  explicit Evidence(size_t num_pixels, size_t num_neighbors)
-      : estimates(num_neighbors, std::vector<float>(num_pixels, kNoEstimate)),
+  Evidence(size_t num_pixels, size_t num_neighbors, int num_rows)
+      : estimates(num_neighbors, std::vector<RowEstimates>(static_cast<size_t>(num_rows))),
         normal_sums(num_pixels, Eigen::Vector3f::Zero()),
         color_sums(num_pixels, Eigen::Vector3f::Zero()),
         num_agree(num_pixels, 0),
         num_close(num_pixels, 0),
         num_see_through(num_pixels, 0) {}
-  std::vector<std::vector<float>> estimates;  // depth on the reference's ray, or kNoEstimate
-  std::vector<Eigen::Vector3f> normal_sums;   // world
+  std::vector<std::vector<RowEstimates>> estimates;  // by neighbour and row
+  std::vector<Eigen::Vector3f> normal_sums;          // world
   std::vector<Eigen::Vector3f> color_sums;
   std::vector<uint16_t> num_agree;        // neighbours with an estimate
   std::vector<uint16_t> num_close;        // ... that lies within weak_max_reproj_error
@@ -115,18 +123,20 @@ class Fuser {
   Fuser(const Scene& scene, const ImageStore& images,
         const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
         const FusionOptions& options);
-  VisibilityCloud Run(const RunContext& context);
+  void Run(const CloudSink& sink, const RunContext& context);
 
  private:
   LoadedView Load(int view_idx) const;
-  void FuseView(int view_idx, const RunContext& context);
+  void FuseView(int view_idx, const CloudSink& sink, const RunContext& context);
   void Collect(const LoadedView& reference, const PixelSet& covered, const LoadedView& neighbor,
                size_t slot, Evidence* evidence, const RunContext& context) const;
   Raster<uint8_t> Accept(const LoadedView& reference, const PixelSet& covered,
                          const Evidence& evidence) const;
   VisibilityCloud FuseRow(const LoadedView& reference, int view_idx, const Raster<uint8_t>& support,
                           const Evidence& evidence, int row) const;
-  void Cover(const VisibilityCloud& points, const RunContext& context);
+  void Cover(int view_idx, const std::vector<VisibilityCloud>& rows, const RunContext& context);
+  void CoverIn(size_t view_idx, const VisibilityCloud& points);
+  void TrimImages() const;
 
   const Scene& scene_;
   const ImageStore& images_;
@@ -136,7 +146,6 @@ class Fuser {
   std::vector<std::vector<int>> neighbor_idxs_;
   std::vector<PixelSet> covered_;
   std::vector<PinholeCamera> map_cameras_;  // of the views whose map was seen; width 0 otherwise
-  VisibilityCloud cloud_;
 };
 
 // Best first; a pair counts for both of its views.
@@ -225,7 +234,9 @@ void Fuser::Collect(const LoadedView& reference, const PixelSet& covered,
     const double along = normal.dot(neighbor_from_reference.rotation * ray);
     const double estimate = (offset - normal.dot(neighbor_from_reference.translation)) / along;
     if (!(std::abs(estimate - depth) <= 2 * thresholds_.depth * depth)) return;
-    evidence->estimates[slot][pixel] = static_cast<float>(estimate);
+    RowEstimates& estimates = evidence->estimates[slot][static_cast<size_t>(row)];
+    estimates.columns.push_back(static_cast<uint16_t>(column));
+    estimates.depths.push_back(static_cast<float>(estimate));
     evidence->normal_sums[pixel] += (world_from_neighbor * normal).cast<float>();
     evidence->color_sums[pixel] += neighbor.ColorAt(to_column, to_row).cast<float>();
     ++evidence->num_agree[pixel];
@@ -291,6 +302,7 @@ VisibilityCloud Fuser::FuseRow(const LoadedView& reference, int view_idx,
   const std::vector<int>& neighbor_idxs = neighbor_idxs_[static_cast<size_t>(view_idx)];
   std::vector<float> depths;
   std::vector<uint32_t> views;
+  std::vector<size_t> next(neighbor_idxs.size(), 0);  // estimate of each neighbour
   for (int column = 0; column < reference.camera.width; ++column) {
     const size_t pixel = reference.map->depth.Index(column, row);
     const float depth = reference.map->depth.pixels[pixel];
@@ -299,9 +311,13 @@ VisibilityCloud Fuser::FuseRow(const LoadedView& reference, int view_idx,
     depths.assign(1, depth);
     views.assign(1, static_cast<uint32_t>(view_idx));
     for (size_t slot = 0; slot < neighbor_idxs.size(); ++slot) {
-      const float estimate = evidence.estimates[slot][pixel];
-      if (estimate == kNoEstimate) continue;
-      if (static_cast<int>(depths.size()) < options_.max_num_pixels) depths.push_back(estimate);
+      const RowEstimates& estimates = evidence.estimates[slot][static_cast<size_t>(row)];
+      size_t& i = next[slot];
+      while (i < estimates.columns.size() && estimates.columns[i] < column) ++i;
+      if (i == estimates.columns.size() || estimates.columns[i] != column) continue;
+      if (static_cast<int>(depths.size()) < options_.max_num_pixels) {
+        depths.push_back(estimates.depths[i]);
+      }
       views.push_back(static_cast<uint32_t>(neighbor_idxs[slot]));
     }
     const Eigen::Vector3d x =
@@ -321,84 +337,86 @@ VisibilityCloud Fuser::FuseRow(const LoadedView& reference, int view_idx,
   return points;
 }
 
-// Marks the pixels that points of one reference view project to in the views that see them.
-void Fuser::Cover(const VisibilityCloud& points, const RunContext& context) {
-  ParallelFor(context, scene_.views.size(), 1, [&](size_t v) {
-    const PinholeCamera& camera = map_cameras_[v];
-    if (camera.width == 0) return;
-    const View& view = scene_.views[v];
-    for (size_t p = 0; p < points.size(); ++p) {
-      const auto views = points.ViewsOf(p);
-      if (!std::binary_search(views.begin(), views.end(), static_cast<uint32_t>(v))) continue;
-      const Eigen::Vector2d x_px =
-          camera.Project(view.cam_from_world * points.positions[p].cast<double>());
-      if (!camera.Contains(x_px)) continue;
-      covered_[v].Insert(static_cast<size_t>(x_px.y()) * static_cast<size_t>(camera.width) +
-                         static_cast<size_t>(x_px.x()));
-    }
-  });
-}
-
-void Append(const VisibilityCloud& part, VisibilityCloud* cloud) {
-  const uint64_t base = cloud->view_idxs.size();
-  cloud->positions.insert(cloud->positions.end(), part.positions.begin(), part.positions.end());
-  cloud->normals.insert(cloud->normals.end(), part.normals.begin(), part.normals.end());
-  cloud->colors.insert(cloud->colors.end(), part.colors.begin(), part.colors.end());
-  cloud->view_idxs.insert(cloud->view_idxs.end(), part.view_idxs.begin(), part.view_idxs.end());
-  for (size_t p = 1; p < part.view_begin.size(); ++p) {
-    cloud->view_begin.push_back(base + part.view_begin[p]);
+void Fuser::CoverIn(size_t view_idx, const VisibilityCloud& points) {
+  const View& view = scene_.views[view_idx];
+  const PinholeCamera& camera = map_cameras_[view_idx];
+  for (size_t p = 0; p < points.size(); ++p) {
+    const auto views = points.ViewsOf(p);
+    if (!std::binary_search(views.begin(), views.end(), static_cast<uint32_t>(view_idx))) continue;
+    const Eigen::Vector2d x_px =
+        camera.Project(view.cam_from_world * points.positions[p].cast<double>());
+    if (!camera.Contains(x_px)) continue;
+    covered_[view_idx].Insert(static_cast<size_t>(x_px.y()) * static_cast<size_t>(camera.width) +
+                              static_cast<size_t>(x_px.x()));
   }
 }
 
-void Fuser::FuseView(int view_idx, const RunContext& context) {
+// Marks the pixels that points of one reference view project to in the views that see them and
+// whose turn is still to come.
+void Fuser::Cover(int view_idx, const std::vector<VisibilityCloud>& rows,
+                  const RunContext& context) {
+  covered_[static_cast<size_t>(view_idx)] = {};
+  const size_t first = static_cast<size_t>(view_idx) + 1;
+  ParallelFor(context, scene_.views.size() - first, 1, [&](size_t i) {
+    const size_t v = first + i;
+    if (map_cameras_[v].width == 0) return;
+    for (const VisibilityCloud& row : rows) CoverIn(v, row);
+  });
+}
+
+void Fuser::TrimImages() const {
+  size_t largest = 0;
+  for (const PinholeCamera& camera : map_cameras_) {
+    largest = std::max(largest, static_cast<size_t>(camera.width) * camera.height);
+  }
+  images_.Trim(kImagesHeld * largest * (sizeof(Color) + 1));
+}
+
+void Fuser::FuseView(int view_idx, const CloudSink& sink, const RunContext& context) {
   const LoadedView reference = Load(view_idx);
   if (reference.map == nullptr) return;
   const auto remember = [&](int v, const LoadedView& loaded) {
     map_cameras_[static_cast<size_t>(v)] = loaded.camera;
     PixelSet& covered = covered_[static_cast<size_t>(v)];
-    if (covered.empty()) covered = PixelSet(loaded.map->depth.size());
+    if (covered.empty() && v >= view_idx) covered = PixelSet(loaded.map->depth.size());
   };
   remember(view_idx, reference);
   const PixelSet& covered = covered_[static_cast<size_t>(view_idx)];
   const std::vector<int>& neighbor_idxs = neighbor_idxs_[static_cast<size_t>(view_idx)];
-  Evidence evidence(reference.map->depth.size(), neighbor_idxs.size());
+  Evidence evidence(reference.map->depth.size(), neighbor_idxs.size(), reference.camera.height);
   for (size_t slot = 0; slot < neighbor_idxs.size(); ++slot) {
     const LoadedView neighbor = Load(neighbor_idxs[slot]);
     if (neighbor.map == nullptr) continue;
     remember(neighbor_idxs[slot], neighbor);
     Collect(reference, covered, neighbor, slot, &evidence, context);
+    TrimImages();
   }
   const Raster<uint8_t> support = Accept(reference, covered, evidence);
   std::vector<VisibilityCloud> rows(static_cast<size_t>(reference.camera.height));
   ParallelFor(context, rows.size(), 8, [&](size_t row) {
     rows[row] = FuseRow(reference, view_idx, support, evidence, static_cast<int>(row));
   });
-  VisibilityCloud points;
-  for (const VisibilityCloud& row : rows) Append(row, &points);
-  Cover(points, context);
-  Append(points, &cloud_);
+  Cover(view_idx, rows, context);
+  for (const VisibilityCloud& row : rows) sink(row);
 }
 
-VisibilityCloud Fuser::Run(const RunContext& context) {
+void Fuser::Run(const CloudSink& sink, const RunContext& context) {
   for (int v = 0; v < scene_.num_views(); ++v) {
     context.ThrowIfCancelled();
-    FuseView(v, context);
+    FuseView(v, sink, context);
     context.Report(static_cast<double>(v + 1) / scene_.num_views());
   }
-  return std::move(cloud_);
 }
 
 }  // namespace
 
-VisibilityCloud FuseDepthMaps(const Scene& scene, const ImageStore& images,
-                              const std::vector<std::vector<Neighbor>>& neighbors,
-                              const DepthMapSource& maps, const FusionOptions& options,
-                              const RunContext& context) {
-  return Fuser(scene, images, neighbors, maps, options).Run(context);
+void FuseDepthMaps(const Scene& scene, const ImageStore& images,
+                   const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
+                   const FusionOptions& options, const CloudSink& sink, const RunContext& context) {
+  Fuser(scene, images, neighbors, maps, options).Run(sink, context);
 }
 
-CostEstimate EstimateFusionCost(const Scene& scene, const ImageStore& images,
-                                const FusionOptions& options) {
+CostEstimate EstimateFusionCost(const Scene& scene, const ImageStore& images) {
   CostEstimate cost;
   double largest = 0, total = 0;
   for (int v = 0; v < scene.num_views(); ++v) {
@@ -407,13 +425,8 @@ CostEstimate EstimateFusionCost(const Scene& scene, const ImageStore& images,
     total += num_pixels;
     largest = std::max(largest, num_pixels);
   }
-  const int num_neighbors = std::min(options.check_num_images, scene.num_views() - 1);
   cost.cpu_seconds = total * kSecondsPerPixel;
-  // The evidence of one view, its row clouds, and the cloud itself (about a quarter of the pixels
-  // become points).
-  cost.peak_bytes =
-      static_cast<size_t>(largest * (kBytesPerPixel + 4.0 * std::max(0, num_neighbors)) +
-                          total * kPointsPerPixel * kBytesPerPoint);
+  cost.peak_bytes = static_cast<size_t>(largest * kBytesPerPixel);
   return cost;
 }
 

@@ -51,15 +51,15 @@ struct FusionOptions {
 // no lateral shift. Normals and colours are averaged. The agreeing views are the point's views, and
 // their pixels are covered. Masked pixels neither start nor join a point.
 //   neighbors  as for the depth maps, one list a view; lists are made symmetric inside
-// Deterministic for any number of threads: pixels of a view are independent, coverage is updated
-// after each view. Memory: the cloud, one bit a pixel of every view, and the maps and colour images
-// of one reference and one neighbour at a time plus what the caches hold. O(pixels x neighbours).
-VisibilityCloud FuseDepthMaps(const Scene& scene, const ImageStore& images,
-                              const std::vector<std::vector<Neighbor>>& neighbors,
-                              const DepthMapSource& maps, const FusionOptions& options,
-                              const RunContext& context);
+// The cloud goes to `sink` in parts, in a fixed order. Deterministic for any number of threads:
+// pixels of a view are independent, coverage is updated after each view. Memory: the points and
+// evidence of one reference view, the maps and colour images of it and one neighbour plus what the
+// caches hold (of colour images: a dozen), and a bit a pixel of the views that were neighbours and
+// whose turn is to come; not the cloud. O(pixels x neighbours).
+void FuseDepthMaps(const Scene& scene, const ImageStore& images,
+                   const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
+                   const FusionOptions& options, const CloudSink& sink, const RunContext& context);
 
-CostEstimate EstimateFusionCost(const Scene& scene, const ImageStore& images,
-                                const FusionOptions& options);
+CostEstimate EstimateFusionCost(const Scene& scene, const ImageStore& images);
 
 }  // namespace lsmvs

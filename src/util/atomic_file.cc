@@ -61,6 +61,18 @@ void AtomicFile::WriteThrough(const char* data, size_t num_bytes) {
   }
 }
 
+void AtomicFile::Overwrite(size_t offset, std::string_view bytes) {
+  Flush();
+  while (!bytes.empty()) {
+    const ssize_t written =
+        ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) throw FileSystemError(path_.string(), "write", errno);
+    bytes.remove_prefix(static_cast<size_t>(written));
+    offset += static_cast<size_t>(written);
+  }
+}
+
 void AtomicFile::Commit() {
   Flush();
   if (::fsync(descriptor_) != 0 && errno != EINVAL) {

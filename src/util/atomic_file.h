@@ -32,6 +32,8 @@ class AtomicFile {
     static_assert(std::is_trivially_copyable_v<T>);
     Write(&value, sizeof value);
   }
+  // Replaces bytes written before: a count that is known only at the end.
+  void Overwrite(size_t offset, std::string_view bytes);
   void Commit();
 
  private:

@@ -75,13 +75,35 @@ TEST_F(FusedCloudTest, BytesAreColmaps) {
   cloud.Add({1, 2, 3}, {0, 0, 1}, {7, 8, 9}, views);
   WriteFusedCloud(path_, cloud, data_.scene);
   const std::string header =
-      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "ply\nformat binary_little_endian 1.0\ncomment lsmvs...................\nelement vertex 1\n"
+      "property float x\nproperty float y\n"
       "property float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
   const std::string ply = ReadWholeFile(path_);
   EXPECT_EQ(ply.substr(0, header.size()), header);
   EXPECT_EQ(ply.size(), header.size() + 27);
   EXPECT_EQ(ReadWholeFile(vis_path_), std::string("\1\0\0\0\0\0\0\0\2\0\0\0\1\0\0\0\4\0\0\0", 20));
+}
+
+TEST_F(FusedCloudTest, PartsMakeTheCloud) {
+  WriteFusedCloud(path_, cloud_, data_.scene);
+  const std::string ply = ReadWholeFile(path_), vis = ReadWholeFile(vis_path_);
+  {
+    FusedCloudWriter writer(path_, data_.scene);
+    for (size_t p = 0; p < cloud_.size(); ++p) {
+      VisibilityCloud part;
+      part.Add(cloud_.positions[p], cloud_.normals[p], cloud_.colors[p], cloud_.ViewsOf(p));
+      writer.Add(part);
+      writer.Add({});
+    }
+    EXPECT_EQ(ReadWholeFile(path_), ply);  // of before
+    std::filesystem::remove(vis_path_);
+    writer.Commit();
+  }
+  EXPECT_EQ(ReadWholeFile(path_), ply);
+  EXPECT_EQ(ReadWholeFile(vis_path_), vis);
+  { FusedCloudWriter(path_, data_.scene).Add(cloud_); }
+  EXPECT_EQ(ReadWholeFile(path_), ply);
 }
 
 TEST_F(FusedCloudTest, VisibilityOfAMeshIsReadAsThatOfACloud) {

@@ -144,7 +144,10 @@ TEST_F(ImageStoreTest, HoldsNoMoreThanTheBudget) {
   EXPECT_FALSE(seen[3].expired());
   EXPECT_TRUE(seen[4].expired());
   const auto held = store.Gray(5, 0);
-  store.Clear();
+  store.Trim(2 * 50 * 40 * sizeof(float));
+  EXPECT_EQ(store.HeldBytes(), 2 * 50 * 40 * sizeof(float));
+  EXPECT_TRUE(seen[3].expired());
+  store.Trim(0);
   EXPECT_EQ(store.HeldBytes(), 0u);
   EXPECT_EQ(held->width, 50);
   EXPECT_EQ(store.Gray(5, 0)->pixels, held->pixels);

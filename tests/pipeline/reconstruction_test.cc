@@ -34,8 +34,8 @@ class NamedFiles : public WorkspaceFiles {
     return {cloud, cloud.string() + ".vis"};
   }
   VisibilityCloud ReadCloud(const fs::path&, const Scene&) const override { return {}; }
-  void WriteCloud(const VisibilityCloud&, const Scene&,
-                  const std::vector<fs::path>&) const override {}
+  void WriteCloud(const Scene&, const std::vector<fs::path>&,
+                  const std::function<void(const CloudSink&)>&) const override {}
   fs::path KeypointFile() const override { return "/w/database"; }
   std::vector<std::vector<Eigen::Vector2f>> ReadKeypoints(const Scene&) const override {
     return {};

@@ -34,8 +34,11 @@ struct TrueMaps {
   }
   const Scene& scene() const { return synthetic.scene; }
   VisibilityCloud Fuse(const FusionOptions& options, int threads = 1) const {
-    return FuseDepthMaps(scene(), *images, neighbors, MemoryDepthMaps(maps), options,
-                         RunContext(threads));
+    VisibilityCloud cloud;
+    FuseDepthMaps(
+        scene(), *images, neighbors, MemoryDepthMaps(maps), options,
+        [&](const VisibilityCloud& part) { cloud.Append(part); }, RunContext(threads));
+    return cloud;
   }
   void AddNoise(double sigma_gsd) {
     std::mt19937 random(5);

@@ -86,6 +86,19 @@ TEST(AtomicFile, PiecesOfAnySizeKeepTheirOrder) {
   EXPECT_TRUE(ReadAll(folder.path() / "a.bin") == expected);
 }
 
+TEST(AtomicFile, OverwritesWhatWasWritten) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "a";
+  AtomicFile file(path);
+  file.Write("0000");
+  file.Write(std::string(3 << 20, 'x'));
+  file.Overwrite(1, "23");
+  file.Write("end");
+  file.Overwrite(0, "1");
+  file.Commit();
+  EXPECT_EQ(ReadAll(path), "1230" + std::string(3 << 20, 'x') + "end");
+}
+
 TEST(AtomicFile, MakesFoldersAndReplacesLeftOvers) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "b" / "c" / "a.txt";
