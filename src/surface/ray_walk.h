@@ -37,7 +37,7 @@ class RayWalker {
         axes;  // what a step along x, y, z of the world is in the ray's frame
     std::array<Projected, 3> corners;  // of the facet that is crossed next, counter-clockwise
     int32_t current = -1, next = -1;   // the cells before and behind it
-    int32_t entry = 0;                 // the facet in `next`
+    int32_t exit = 0, entry = 0;       // the facet between them, in each
     uint32_t num_crossings = 0;
     float near = 0, length = 0;
     bool careful = true;  // near one of the ends: distances matter
@@ -90,6 +90,7 @@ class RayWalker {
   int FindStart(int32_t vertex, Ray* ray) const;
   void LeaveThrough(int exit, Ray* ray) const {
     const Cell& cell = complex_.cells[ray->current];
+    ray->exit = exit;
     ray->next = cell.neighbor[exit];
     ray->entry = cell.Reverse(exit);
     __builtin_prefetch(&complex_.cells[ray->next]);

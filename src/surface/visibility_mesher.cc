@@ -75,8 +75,7 @@ class Mesher {
     const VisibilityWeightOptions weights{options_.distance_sigma_factor,
                                           options_.sink_distance_factor,
                                           options_.quality_regularization};
-    const VisibilityWeightCounters counters =
-        WeighCells(scene_, merged_, weights, context, &complex_);
+    const RayCounters counters = WeighCells(scene_, merged_, weights, context, &complex_);
     result_.counters.num_rays = counters.num_rays;
     result_.counters.num_crossings = counters.num_crossings;
     result_.counters.num_lost_rays = counters.num_lost_rays;

@@ -73,7 +73,7 @@ struct VisibilityMesherCounters {
   size_t num_vertices = 0;        // of the tetrahedralisation, after merging
   size_t num_cells = 0;           // tetrahedra, those at infinity included
   size_t num_rays = 0;            // (vertex, view) pairs
-  size_t num_crossings = 0;       // facets crossed by all rays
+  size_t num_crossings = 0;       // facets crossed; where rays go one way together, once
   size_t num_lost_rays = 0;       // that reached neither camera nor hull: 0
   size_t num_empty_cells = 0;     // on the cameras' side of the cut
   size_t num_cut_facets = 0;      // of the cut, before cleaning

@@ -2,223 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
-#include <mutex>
-
-#include "lsmvs/surface/ray_walk.h"
 
 namespace lsmvs {
 
 namespace {
-
-constexpr size_t kBlock = 512;
-constexpr double kNearSigmas = 4;  // beyond, a facet's weight is that of the ray up to 3e-4
-
-// Sum that saturates: as all addends are positive, the result does not depend on their order.
-// Threads may overshoot: what they leave above the limit is cut off at the end.
-template <bool kShared>
-void AddSaturated(int32_t* sum, int32_t amount) {
-  if constexpr (!kShared) {
-    *sum = std::min(CutNode::kMaxCapacity, *sum + amount);
-  } else {
-    std::atomic_ref<int32_t> shared(*sum);
-    if (shared.load(std::memory_order_relaxed) < CutNode::kMaxCapacity) {
-      shared.fetch_add(amount, std::memory_order_relaxed);
-    }
-  }
-}
-
-int32_t ToCapacity(double weight) {
-  const double capacity = weight * kCapacityPerWeight + 0.5;
-  return static_cast<int32_t>(std::min<double>(capacity, CutNode::kMaxCapacity));
-}
-
-// Adds the weights of rays. While it runs, a cell's `distance` holds what is tied to the source and
-// `excess` what is tied to the sink, both >= 0.
-template <bool kShared>
-class RayWeigher {
- public:
-  RayWeigher(const MergedCloud& cloud, const std::vector<Eigen::Vector3d>& centers,
-             const std::vector<float>& sigmas, const VisibilityWeightOptions& options,
-             const RayWalker& walker, CellComplex* complex)
-      : cloud_(cloud),
-        centers_(centers),
-        sigmas_(sigmas),
-        options_(options),
-        complex_(*complex),
-        walker_(walker) {}
-
-  // All rays of one vertex. They may still be on their way afterwards.
-  void Weigh(size_t point) {
-    const int32_t vertex = VertexOf(point);
-    const double sigma = sigmas_[vertex];
-    for (const Sight& sight : cloud_.SightsOf(point)) {
-      const Eigen::Vector3d to_center =
-          centers_[sight.view_idx] - complex_.points[vertex].cast<double>();
-      const double distance = to_center.norm();
-      if (!(distance > 0)) continue;
-      ++counters_.num_rays;
-      const Eigen::Vector3d direction = to_center / distance;
-      StartFront(vertex, sight, direction, distance, sigma);
-      WeighBack(vertex, -direction, options_.sink_distance_factor * sigma, sight.support);
-    }
-  }
-
-  // Walks the rays on their way to their ends.
-  void Finish() {
-    while (num_lanes_ > 0) StepLanes();
-  }
-
-  const VisibilityWeightCounters& counters() const { return counters_; }
-
- private:
-  int32_t VertexOf(size_t point) const {
-    if (complex_.incident_cell[point] >= 0) return static_cast<int32_t>(point);
-    const std::array<int32_t, 2> key = {static_cast<int32_t>(point), -1};
-    return (*std::lower_bound(complex_.duplicates.begin(), complex_.duplicates.end(), key))[1];
-  }
-
-  static constexpr size_t kNumLanes = 8;
-  struct Lane {
-    RayWalker::Ray ray;
-    double support, falloff;  // -1 / (2 sigma^2)
-    int32_t full;             // capacity of the support
-    int32_t vertex;
-    Eigen::Vector3d center;  // of the view
-  };
-
-  void StartFront(int32_t vertex, const Sight& sight, const Eigen::Vector3d& direction,
-                  double distance, double sigma) {
-    while (num_lanes_ == kNumLanes) StepLanes();
-    Lane& lane = lanes_[num_lanes_];
-    lane.support = sight.support;
-    lane.falloff = -0.5 / (sigma * sigma);
-    lane.full = ToCapacity(sight.support);
-    lane.vertex = vertex;
-    lane.center = centers_[sight.view_idx];
-    if (walker_.Start(vertex, direction, distance, kNearSigmas * sigma, &lane.ray)) {
-      ++num_lanes_;
-    } else {
-      EndFront(lane);
-    }
-  }
-
-  // One step of each.
-  void StepLanes() {
-    for (size_t i = 0; i < num_lanes_;) {
-      Lane& lane = lanes_[i];
-      const auto cross = [&](int32_t cell, int facet, double d) {
-        const int32_t weight = d < lane.ray.near
-                                   ? ToCapacity(-lane.support * std::expm1(lane.falloff * d * d))
-                                   : lane.full;
-        AddSaturated<kShared>(&complex_.cells[cell].capacity[facet], weight);
-      };
-      if (walker_.Step(&lane.ray, cross)) {
-        ++i;
-      } else {
-        EndFront(lane);
-        if (i != --num_lanes_) lanes_[i] = lanes_[num_lanes_];
-      }
-    }
-  }
-
-  void EndFront(const Lane& lane) {
-    const RayWalker::End end = walker_.EndOf(lane.ray);
-    counters_.num_crossings += end.num_crossings;
-    counters_.num_lost_rays += (end.cell < 0);
-    if (end.cell < 0) return;
-    if (!complex_.IsInfinite(end.cell)) {
-      AddSaturated<kShared>(&complex_.cells[end.cell].distance, CutNode::kMaxCapacity);
-    } else if (end.num_crossings > 0) {
-      AddSaturated<kShared>(&complex_.cells[end.cell].distance, lane.full);
-    } else {
-      TieHullAround(end.cell, lane.vertex, lane.center, lane.full, &Cell::distance);
-    }
-  }
-
-  // A ray that does not enter the hull speaks of the space beyond all facets of the hull at its
-  // vertex that face its `target`: adds `amount` to `sum` of their cells. Goes once around the
-  // vertex, from one cell at infinity to the next.
-  void TieHullAround(int32_t start, int32_t vertex, const Eigen::Vector3d& target, int32_t amount,
-                     int32_t Cell::*sum) {
-    int32_t current = start, last = -2;  // last: the vertex that was left behind
-    do {
-      Cell& cell = complex_.cells[current];
-      if (Faces(cell, target)) AddSaturated<kShared>(&(cell.*sum), amount);
-      int side = 0;
-      const auto turns = [&](int32_t v) {
-        return v != Cell::kInfiniteVertex && v != vertex && (last == -2 || v == last);
-      };
-      while (!turns(cell.vertex[side])) ++side;
-      // Crossing the facet opposite to one rim vertex keeps the other, which is left next.
-      for (const int32_t v : cell.vertex) {
-        if (v != Cell::kInfiniteVertex && v != vertex && v != cell.vertex[side]) {
-          last = v;
-          break;
-        }
-      }
-      current = cell.neighbor[side];
-    } while (current != start);
-  }
-
-  bool Faces(const Cell& cell, const Eigen::Vector3d& target) const {
-    const int outside = cell.IndexOfVertex(Cell::kInfiniteVertex);
-    const auto at = [&](int k) -> Eigen::Vector3d {
-      return complex_.points[cell.vertex[kFacetVertices[outside][k]]].cast<double>();
-    };
-    const Eigen::Vector3d a = at(0);
-    return (at(1) - a).cross(at(2) - a).dot(target - a) > 0;
-  }
-
-  void WeighBack(int32_t vertex, const Eigen::Vector3d& direction, double distance,
-                 double support) {
-    const RayWalker::End end =
-        walker_.Walk(vertex, direction, distance, 0, [](int32_t, int, double) {});
-    if (end.cell < 0) return;
-    if (end.num_crossings == 0 && complex_.IsInfinite(end.cell)) {
-      const Eigen::Vector3d target = complex_.points[vertex].cast<double>() + direction;
-      TieHullAround(end.cell, vertex, target, ToCapacity(support), &Cell::excess);
-    } else {
-      AddSaturated<kShared>(&complex_.cells[end.cell].excess, ToCapacity(support));
-    }
-  }
-
-  const MergedCloud& cloud_;
-  const std::vector<Eigen::Vector3d>& centers_;
-  const std::vector<float>& sigmas_;
-  const VisibilityWeightOptions& options_;
-  CellComplex& complex_;
-  const RayWalker& walker_;
-  std::array<Lane, kNumLanes> lanes_;
-  size_t num_lanes_ = 0;
-  VisibilityWeightCounters counters_;
-};
-
-template <bool kShared>
-VisibilityWeightCounters WeighRays(const MergedCloud& cloud,
-                                   const std::vector<Eigen::Vector3d>& centers,
-                                   const std::vector<float>& sigmas,
-                                   const VisibilityWeightOptions& options,
-                                   const RunContext& context, CellComplex* complex) {
-  const RayWalker walker(*complex);
-  VisibilityWeightCounters total;
-  std::mutex mutex;
-  std::atomic<size_t> num_done = 0;
-  ParallelBlocks(context, complex->points.size(), kBlock, [&](size_t begin, size_t end) {
-    RayWeigher<kShared> weigher(cloud, centers, sigmas, options, walker, complex);
-    for (size_t v = begin; v < end; ++v) weigher.Weigh(v);
-    weigher.Finish();
-    const std::scoped_lock lock(mutex);
-    total.num_rays += weigher.counters().num_rays;
-    total.num_crossings += weigher.counters().num_crossings;
-    total.num_lost_rays += weigher.counters().num_lost_rays;
-    num_done += end - begin;
-    context.Report(static_cast<double>(num_done) / static_cast<double>(complex->points.size()));
-  });
-  return total;
-}
 
 // Cosine of the angle between facet i and the circumsphere of a tetrahedron, negative where the
 // centre lies beyond the facet.
@@ -328,18 +117,17 @@ std::vector<float> VertexSigmas(const CellComplex& complex, double distance_sigm
   return sigmas;
 }
 
-VisibilityWeightCounters WeighCells(const Scene& scene, const MergedCloud& cloud,
-                                    const VisibilityWeightOptions& options,
-                                    const RunContext& context, CellComplex* complex) {
-  std::vector<Eigen::Vector3d> centers;
-  for (const View& view : scene.views)
-    centers.push_back(cloud.frame.FromWorld(view.CenterInWorld()));
-  const std::vector<float> sigmas = VertexSigmas(*complex, options.distance_sigma_factor, context);
+RayCounters WeighCells(const Scene& scene, const MergedCloud& cloud,
+                       const VisibilityWeightOptions& options, const RunContext& context,
+                       CellComplex* complex) {
+  RayWeights weights;
+  for (const View& view : scene.views) {
+    weights.centers.push_back(cloud.frame.FromWorld(view.CenterInWorld()));
+  }
+  weights.sigmas = VertexSigmas(*complex, options.distance_sigma_factor, context);
+  weights.sink_distance_factor = options.sink_distance_factor;
   WeighQuality(options.quality_regularization, context, complex);
-  const VisibilityWeightCounters counters =
-      context.num_threads() == 1
-          ? WeighRays<false>(cloud, centers, sigmas, options, context, complex)
-          : WeighRays<true>(cloud, centers, sigmas, options, context, complex);
+  const RayCounters counters = WeighRays(cloud, weights, context, complex);
   JoinTerminals(complex);
   return counters;
 }

@@ -3,6 +3,7 @@
 #include "lsmvs/scene/scene.h"
 #include "lsmvs/surface/cell_complex.h"
 #include "lsmvs/surface/point_merging.h"
+#include "lsmvs/surface/ray_weigher.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
@@ -12,13 +13,6 @@ struct VisibilityWeightOptions {
   double sink_distance_factor = 1;
   double quality_regularization = 1;
 };
-
-struct VisibilityWeightCounters {
-  size_t num_rays = 0, num_crossings = 0, num_lost_rays = 0;
-};
-
-// Capacity that stands for the weight 1: one fully trusted ray.
-inline constexpr double kCapacityPerWeight = 512;
 
 // Fills the capacities of the complex' cells from what the views saw (method of
 // visibility_mesher.h). For a sight with weight w of the vertex p by a view:
@@ -31,9 +25,9 @@ inline constexpr double kCapacityPerWeight = 512;
 // directions, phi and psi the angles that its plane makes with the circumspheres of its two cells.
 // Weights are added as integers and saturate at CutNode::kMaxCapacity, so that the sums do not
 // depend on their order.
-VisibilityWeightCounters WeighCells(const Scene& scene, const MergedCloud& cloud,
-                                    const VisibilityWeightOptions& options,
-                                    const RunContext& context, CellComplex* complex);
+RayCounters WeighCells(const Scene& scene, const MergedCloud& cloud,
+                       const VisibilityWeightOptions& options, const RunContext& context,
+                       CellComplex* complex);
 
 // Per vertex distance_sigma_factor times the distance of the fourth nearest of its neighbours in
 // the complex (of the farthest if it has fewer); canonical units. O(cells).
