@@ -33,6 +33,14 @@ void VisibilityMesherOptions::Describe(OptionSet* options) {
       "Facets with an edge longer than this times the usual edge length are dropped; 0 keeps "
       "all",
       {0, 1e6});
+  options->Add(group + "normal_check_factor", &normal_check_factor,
+               "Facets with an edge longer than this times the usual edge length must agree with "
+               "the points' normals; raising it closes more of what nobody saw; 0 checks none",
+               {0, 1e6});
+  options->Add(group + "max_normal_angle_deg", &max_normal_angle_deg,
+               "Angle (degrees) to the normals of the points at its corners up to which such a "
+               "facet agrees with them; raising it closes more of what nobody saw",
+               {0, 180});
   options->Add(group + "max_depth_extent_factor", &max_depth_extent_factor,
                "Facets that reach farther than this times the usual edge length along the lines of "
                "sight of all views that see them are dropped; 0 keeps all",

@@ -234,6 +234,7 @@ class Merger {
     const std::vector<uint32_t> members = GroupMembers(&begin);
     std::vector<uint32_t>().swap(assignment_);
     result_.positions.resize(seeds_.size());
+    result_.normals.resize(seeds_.size());
     result_.colors.resize(seeds_.size());
     result_.sight_begin.assign(1, 0);
     result_.sight_begin.reserve(seeds_.size() + 1);
@@ -251,13 +252,20 @@ class Merger {
 
   void Average(size_t v, std::span<const uint32_t> points) {
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+    double sum = 0;
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();
     Eigen::Vector3i color = Eigen::Vector3i::Zero();
     for (const uint32_t p : points) {
-      offset += (Canonical(p) - seeds_[v]).cast<double>();
+      const auto weight = static_cast<double>(cloud_.ViewsOf(p).size());
+      sum += weight;
+      offset += weight * (Canonical(p) - seeds_[v]).cast<double>();
+      normal += static_cast<float>(weight) * cloud_.normals[p];
       color += cloud_.colors[p].cast<int>();
     }
     const double count = static_cast<double>(points.size());
-    result_.positions[v] = (seeds_[v].cast<double>() + offset / count).cast<float>();
+    result_.positions[v] = (seeds_[v].cast<double>() + offset / sum).cast<float>();
+    if (normal.squaredNorm() > 0) normal.normalize();
+    result_.normals[v] = normal.allFinite() ? normal : Eigen::Vector3f::Zero();
     const Eigen::Vector3d mean = color.cast<double>() / count + Eigen::Vector3d::Constant(0.5);
     result_.colors[v] = mean.cast<uint8_t>();
   }

@@ -39,12 +39,14 @@ struct Sight {
 // The vertices-to-be, in spatial order.
 struct MergedCloud {
   CanonicalFrame frame;
-  std::vector<Eigen::Vector3f> positions;  // #V, canonical: mean of the merged points
-  std::vector<uint32_t> first_point;       // #V: the point that the others joined
-  std::vector<Color> colors;               // #V, mean of the merged points
-  std::vector<uint64_t> sight_begin;       // #V + 1
-  std::vector<Sight> sights;               // ascending view_idx within a vertex
-  size_t num_ignored_points = 0;           // not finite, or before none of their views
+  std::vector<Eigen::Vector3f>
+      positions;                         // #V, canonical: mean of the merged points, by their views
+  std::vector<uint32_t> first_point;     // #V: the point that the others joined
+  std::vector<Eigen::Vector3f> normals;  // #V, unit mean of the merged points; zero if unknown
+  std::vector<Color> colors;             // #V, mean of the merged points
+  std::vector<uint64_t> sight_begin;     // #V + 1
+  std::vector<Sight> sights;             // ascending view_idx within a vertex
+  size_t num_ignored_points = 0;         // not finite, or before none of their views
 
   std::span<const Sight> SightsOf(size_t v) const {
     return {sights.data() + sight_begin[v], sights.data() + sight_begin[v + 1]};

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "lsmvs/mesh/repair.h"
 #include "lsmvs/mesh/smoothing.h"
@@ -54,7 +55,7 @@ class Cleaner {
   SurfaceCleaningCounters Run() {
     MeasureLengths();
     if (options_.max_side_length_factor > 0) DropLongFaces();
-    if (options_.max_depth_extent_factor > 0) DropWebs();
+    DropWebs();
     DropFloatingComponents();
     for (const int source : SplitNonManifoldVertices(&mesh_)) {
       vertex_point_.push_back(vertex_point_[source]);
@@ -92,6 +93,27 @@ class Cleaner {
     counters_.num_dropped_webs = FilterFaces(&mesh_, [&](size_t f) { return !web[f]; });
   }
   bool IsWeb(const Eigen::Vector3i& face) const {
+    const bool measured =
+        std::all_of(face.begin(), face.end(), [&](int v) { return vertex_point_[v] >= 0; });
+    return measured && (DefiesNormals(face) || ReachesDeep(face));
+  }
+
+  bool DefiesNormals(const Eigen::Vector3i& face) const {
+    if (options_.normal_check_factor <= 0 ||
+        LongestEdge(mesh_.vertices, face) <= options_.normal_check_factor * usual_length_) {
+      return false;
+    }
+    const Eigen::Vector3d& corner = mesh_.vertices[face[0]];
+    const Eigen::Vector3d normal =
+        (mesh_.vertices[face[1]] - corner).cross(mesh_.vertices[face[2]] - corner).normalized();
+    return std::any_of(face.begin(), face.end(), [&](int v) {
+      const Eigen::Vector3f& measured = cloud_.normals[vertex_point_[v]];
+      return !measured.isZero(0.0f) && measured.cast<double>().dot(normal) < least_cosine_;
+    });
+  }
+
+  bool ReachesDeep(const Eigen::Vector3i& face) const {
+    if (options_.max_depth_extent_factor <= 0) return false;
     const double limit = options_.max_depth_extent_factor * UsualLength(face);
     return LongestEdge(mesh_.vertices, face) > limit && LeastDepthExtent(face) > limit;
   }
@@ -105,7 +127,6 @@ class Cleaner {
                           normal = (x[1] - x[0]).cross(x[2] - x[0]);
     double least = std::numeric_limits<double>::infinity();
     for (const int v : face) {
-      if (vertex_point_[v] < 0) return 0;
       for (const Sight& sight : cloud_.SightsOf(static_cast<size_t>(vertex_point_[v]))) {
         const Eigen::Vector3d to_view = centers_[sight.view_idx] - middle;
         if (to_view.dot(normal) <= 0) continue;
@@ -157,8 +178,7 @@ class Cleaner {
     HoleClosingOptions closing;
     closing.max_num_edges = options_.max_hole_edges;
     closing.accept = [&](const Eigen::Vector3i& face) {
-      return (options_.max_side_length_factor <= 0 || !TooLong(face)) &&
-             (options_.max_depth_extent_factor <= 0 || !IsWeb(face));
+      return (options_.max_side_length_factor <= 0 || !TooLong(face)) && !IsWeb(face);
     };
     counters_.num_closed_holes = CloseHoles(closing, &mesh_);
   }
@@ -176,6 +196,7 @@ class Cleaner {
   std::vector<Eigen::Vector3d> centers_;  // of the views, canonical
   TriangleMesh& mesh_;
   std::vector<int32_t>& vertex_point_;
+  double least_cosine_ = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
   double usual_length_ = 0;
   std::vector<double> local_length_;
   SurfaceCleaningCounters counters_;

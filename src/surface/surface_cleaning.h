@@ -8,7 +8,8 @@ namespace lsmvs {
 
 struct SurfaceCleaningOptions {
   double max_side_length_factor = 64, max_side_length_percentile = 50;
-  double max_depth_extent_factor = 6;
+  double max_depth_extent_factor = 16;
+  double normal_check_factor = 16, max_normal_angle_deg = 70;
   double min_component_fraction = 0.002;
   int min_component_faces = 50;
   int max_hole_edges = 40;

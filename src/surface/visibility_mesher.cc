@@ -98,7 +98,8 @@ class Mesher {
   void Clean() {
     const SurfaceCleaningOptions cleaning{
         options_.max_side_length_factor,  options_.max_side_length_percentile,
-        options_.max_depth_extent_factor, options_.min_component_fraction,
+        options_.max_depth_extent_factor, options_.normal_check_factor,
+        options_.max_normal_angle_deg,    options_.min_component_fraction,
         options_.min_component_faces,     options_.max_hole_edges,
         options_.smoothing_iterations};
     const SurfaceCleaningCounters counters =

@@ -39,10 +39,16 @@ struct VisibilityMesherOptions {
   // Facets with an edge longer than this times the local and the global edge length (the percentile
   // below) span what nobody measured and are dropped. 0 keeps all.
   double max_side_length_factor = 64.0;
-  // Facets that reach farther than this times the same edge length along the line of sight of every
-  // view that sees one of their corners from the front are webs between a foreground and what lies
-  // behind it, and are dropped. Raising it closes more of what nobody saw. 0 keeps all.
-  double max_depth_extent_factor = 6.0;
+  // Facets with an edge longer than this times the percentile below are dropped if they make more
+  // than max_normal_angle_deg with the normal that the points at one of their corners had: webs
+  // between a foreground and what lies behind it, and skirts around what was seen. Raising either
+  // closes more of what nobody saw. 0 keeps all.
+  double normal_check_factor = 16.0;
+  double max_normal_angle_deg = 70.0;
+  // Facets that reach farther than this times the local edge length along the line of sight of
+  // every view that sees one of their corners from the front are webs, too. Raising it closes more
+  // of what nobody saw. 0 keeps all.
+  double max_depth_extent_factor = 16.0;
   // Percentile of the surface's longest facet edges that counts as its edge length.
   double max_side_length_percentile = 50.0;
   // Components with less than this fraction of the largest one's faces, or with fewer faces than
@@ -78,7 +84,7 @@ struct VisibilityMesherCounters {
   size_t num_empty_cells = 0;     // on the cameras' side of the cut
   size_t num_cut_facets = 0;      // of the cut, before cleaning
   size_t num_dropped_facets = 0;  // too long
-  size_t num_dropped_webs = 0;    // too deep along all lines of sight
+  size_t num_dropped_webs = 0;    // against the normals, or too deep along all lines of sight
   size_t num_split_vertices = 0;  // copies made so that the surface is manifold
   size_t num_components = 0;      // of the result
   size_t num_dropped_components = 0, num_dropped_component_faces = 0;

@@ -5,7 +5,13 @@
 #include <boost/graph/adjacency_list.hpp>
 #include <boost/graph/boykov_kolmogorov_max_flow.hpp>
 #include <random>
+#include <utility>
 #include <vector>
+
+#include "lsmvs/surface/point_merging.h"
+#include "lsmvs/surface/visibility_weights.h"
+#include "lsmvs/synthetic/sampled_cloud.h"
+#include "lsmvs/synthetic/synthetic_scene.h"
 
 namespace lsmvs {
 namespace {
@@ -157,6 +163,31 @@ INSTANTIATE_TEST_SUITE_P(Shapes, RandomCuts,
                                          GraphShape{300, 1, 0.9, 0.5},
                                          GraphShape{500, 100, 1.0, 0.02},
                                          GraphShape{500, 1 << 20, 0.7, 0.5}));
+
+// The graph that a scene's rays make of its tetrahedra, as it is cut to make a surface.
+Nodes SceneGraph(ShapeName shape, double outlier_fraction) {
+  const RunContext context(1);
+  const SyntheticScene scene = MakeScene(shape, 10, 160, 120);
+  SampledCloudOptions sampling;
+  sampling.num_points = 2000;
+  sampling.outlier_fraction = outlier_fraction;
+  MergedCloud merged = MergePoints(
+      scene.scene, SampleCloud(*scene.shape, scene.scene, sampling, context), {}, context);
+  CellComplex complex = BuildDelaunay(std::exchange(merged.positions, {}));
+  WeighCells(scene.scene, merged, {}, context, &complex);
+  return {complex.cells.begin(), complex.cells.end()};
+}
+
+TEST(MinimumCut, GraphsOfScenes) {
+  for (const ShapeName shape :
+       {ShapeName::kSphere, ShapeName::kPole, ShapeName::kRelief, ShapeName::kTerrain}) {
+    for (const double outlier_fraction : {0.0, 0.3}) {
+      const Nodes graph = SceneGraph(shape, outlier_fraction);
+      EXPECT_GT(graph.size(), 1000u);
+      ExpectMinimumCut(graph);
+    }
+  }
+}
 
 // A cube of cells in which flow must wind around blocked layers.
 TEST(MinimumCut, LongPaths) {

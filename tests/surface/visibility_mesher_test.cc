@@ -256,17 +256,29 @@ TEST(VisibilityMesher, CameraAtAPointAndSingleViews) {
 }
 
 // What hangs between a sphere and the ground behind its rim is a web that nobody saw.
-TEST(VisibilityMesher, WebsAreDropped) {
+void ExpectWebsDropped(bool with_normals, double VisibilityMesherOptions::*factor) {
+  const SyntheticScene scene = MakeScene(ShapeName::kSphereOnGround, 16, 320, 240);
+  VisibilityCloud cloud = SampleCloud(*scene.shape, scene.scene, Points(8000), kContext);
+  if (!with_normals) cloud.normals.assign(cloud.size(), Eigen::Vector3f::Zero());
   VisibilityMesherOptions options = Plain();
-  const auto mesh = [&](double factor) {
-    options.max_depth_extent_factor = factor;
-    return MeshShapeScene(ShapeName::kSphereOnGround, Points(8000), options).result;
-  };
-  const auto kept = mesh(0), cleaned = mesh(2);
+  options.normal_check_factor = options.max_depth_extent_factor = 0;
+  const auto kept = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
+  options.*factor = 2;
+  const auto cleaned = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
   EXPECT_EQ(kept.counters.num_dropped_webs, 0u);
   EXPECT_GT(cleaned.counters.num_dropped_webs, 0u);
   EXPECT_LT(cleaned.mesh.faces.size(), kept.mesh.faces.size());
+  EXPECT_GE(MeasureAccuracy(cleaned.mesh, scene, 2, 5000).Within(2 * scene.gsd),
+            MeasureAccuracy(kept.mesh, scene, 2, 5000).Within(2 * scene.gsd));
   ExpectValidMesh(cleaned.mesh);
+}
+
+TEST(VisibilityMesher, NormalsTellWebs) {
+  ExpectWebsDropped(true, &VisibilityMesherOptions::normal_check_factor);
+}
+
+TEST(VisibilityMesher, LinesOfSightTellWebsWithoutNormals) {
+  ExpectWebsDropped(false, &VisibilityMesherOptions::max_depth_extent_factor);
 }
 
 TEST(VisibilityMesher, VertexViewsFitTheMesh) {

@@ -1,0 +1,83 @@
+// Speed of the surface stage's phases on a sphere of state.range(0) points with 16 views. Items are
+// vertices inserted, facets crossed and cells cut: the floor of a phase is their number times the
+// time of one.
+
+#include <benchmark/benchmark.h>
+
+#include <utility>
+
+#include "lsmvs/surface/cell_complex.h"
+#include "lsmvs/surface/minimum_cut.h"
+#include "lsmvs/surface/point_merging.h"
+#include "lsmvs/surface/visibility_weights.h"
+#include "lsmvs/synthetic/sampled_cloud.h"
+#include "lsmvs/synthetic/synthetic_scene.h"
+
+namespace lsmvs {
+namespace {
+
+const RunContext kContext(1);
+
+struct BenchCloud {
+  explicit BenchCloud(int64_t num_points) : scene(MakeScene(ShapeName::kSphere, 16, 1280, 960)) {
+    SampledCloudOptions sampling;
+    sampling.num_points = static_cast<size_t>(num_points);
+    cloud = SampleCloud(*scene.shape, scene.scene, sampling, kContext);
+  }
+  MergedCloud Merge() const {
+    PointMergingOptions options;
+    options.max_proj_dist = 0.1;
+    return MergePoints(scene.scene, cloud, options, kContext);
+  }
+  SyntheticScene scene;
+  VisibilityCloud cloud;
+};
+
+void BM_Merging(benchmark::State& state) {
+  const BenchCloud bench(state.range(0));
+  for (auto _ : state) benchmark::DoNotOptimize(bench.Merge());
+  state.SetItemsProcessed(state.iterations() * state.range(0));
+}
+BENCHMARK(BM_Merging)->Arg(50000)->Arg(200000)->Unit(benchmark::kMillisecond);
+
+void BM_Insertion(benchmark::State& state) {
+  const MergedCloud merged = BenchCloud(state.range(0)).Merge();
+  for (auto _ : state) benchmark::DoNotOptimize(BuildDelaunay(merged.positions));
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(merged.positions.size()));
+}
+BENCHMARK(BM_Insertion)->Arg(50000)->Arg(200000)->Unit(benchmark::kMillisecond);
+
+void BM_RayWalk(benchmark::State& state) {
+  const BenchCloud bench(state.range(0));
+  const MergedCloud merged = bench.Merge();
+  const CellComplex complex = BuildDelaunay(merged.positions);
+  size_t num_crossings = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    CellComplex weighed = complex;
+    state.ResumeTiming();
+    num_crossings += WeighCells(bench.scene.scene, merged, {}, kContext, &weighed).num_crossings;
+  }
+  state.SetItemsProcessed(static_cast<int64_t>(num_crossings));
+}
+BENCHMARK(BM_RayWalk)->Arg(50000)->Arg(200000)->Unit(benchmark::kMillisecond);
+
+void BM_Cut(benchmark::State& state) {
+  const BenchCloud bench(state.range(0));
+  const MergedCloud merged = bench.Merge();
+  CellComplex complex = BuildDelaunay(merged.positions);
+  WeighCells(bench.scene.scene, merged, {}, kContext, &complex);
+  for (auto _ : state) {
+    state.PauseTiming();
+    std::vector<Cell> cells = complex.cells;
+    state.ResumeTiming();
+    benchmark::DoNotOptimize(MaximizeFlow(&cells, kContext));
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(complex.cells.size()));
+}
+BENCHMARK(BM_Cut)->Arg(50000)->Arg(200000)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace lsmvs
+
+BENCHMARK_MAIN();
