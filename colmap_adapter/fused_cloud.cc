@@ -183,17 +183,21 @@ FusedCloud ReadFusedCloud(const fs::path& ply_path, const Scene& scene,
 
 namespace {
 
-// The same length for any number of points.
-std::string PlyHeader(uint64_t num_points, bool as_double) {
+// A line that makes the header equally long for any number of points.
+std::string Padding(const std::string& count) {
+  constexpr size_t kMaxDigits = 20;
+  return fmt::format("comment lsmvs{}\n", std::string(kMaxDigits - count.size(), '.'));
+}
+
+std::string PlyHeader(uint64_t num_points, bool as_double, bool padded) {
   const char* type = as_double ? "double" : "float";
   const std::string count = fmt::format("{}", num_points);
-  constexpr size_t kMaxDigits = 20;
   return fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment {:.<{}}\nelement vertex {}\n"
+      "ply\nformat binary_little_endian 1.0\n{}element vertex {}\n"
       "property {} x\nproperty {} y\nproperty {} z\n"
       "property float nx\nproperty float ny\nproperty float nz\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
-      "lsmvs", 5 + kMaxDigits - count.size(), count, type, type, type);
+      padded ? Padding(count) : "", count, type, type, type);
 }
 
 bool NeedsDoubles(const Scene& scene) { return !scene.world_offset.isZero(0.0); }
@@ -229,12 +233,14 @@ void RemoveIfThere(const fs::path& path) {
 
 }  // namespace
 
-FusedCloudWriter::FusedCloudWriter(const fs::path& ply_path, const Scene& scene)
+FusedCloudWriter::FusedCloudWriter(const fs::path& ply_path, const Scene& scene,
+                                   std::optional<uint64_t> num_points)
     : ply_path_(ply_path),
       scene_(scene),
+      count_is_known_(num_points.has_value()),
       ply_(ply_path),
       vis_(DenseWorkspace::VisibilityPath(ply_path)) {
-  ply_.Write(PlyHeader(0, NeedsDoubles(scene)));
+  ply_.Write(PlyHeader(num_points.value_or(0), NeedsDoubles(scene), !count_is_known_));
   vis_.WriteValue(uint64_t{0});
 }
 
@@ -246,7 +252,7 @@ void FusedCloudWriter::Add(const VisibilityCloud& part) {
 }
 
 void FusedCloudWriter::Commit() {
-  ply_.Overwrite(0, PlyHeader(num_points_, NeedsDoubles(scene_)));
+  ply_.Overwrite(0, PlyHeader(num_points_, NeedsDoubles(scene_), !count_is_known_));
   vis_.Overwrite(0, {reinterpret_cast<const char*>(&num_points_), sizeof num_points_});
   RemoveIfThere(ply_path_);
   vis_.Commit();
@@ -254,7 +260,7 @@ void FusedCloudWriter::Commit() {
 }
 
 void WriteFusedCloud(const fs::path& ply_path, const VisibilityCloud& cloud, const Scene& scene) {
-  FusedCloudWriter writer(ply_path, scene);
+  FusedCloudWriter writer(ply_path, scene, cloud.size());
   writer.Add(cloud);
   writer.Commit();
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,14 +38,15 @@ FusedCloud ReadFusedCloud(const std::filesystem::path& ply_path, const Scene& sc
 
 // Writes fused.ply and fused.ply.vis as COLMAP does (binary little endian: float x y z nx ny nz,
 // uchar red green blue), with double coordinates if scene.world_offset is not zero, part by part: a
-// cloud need not fit into memory. (A comment of fixed length stands in for the digits of the number
-// of points.) Commit() lets both appear, complete: a cloud that stood there is removed before its
-// visibility is replaced, so that a kill never leaves two that do not belong together. Without it
-// nothing has happened. Failures throw FileSystemError.
+// cloud need not fit into memory. Commit() lets both appear, complete: a cloud that stood there is
+// removed before its visibility is replaced, so that a kill never leaves two that do not belong
+// together. Without it nothing has happened. Failures throw FileSystemError.
 class FusedCloudWriter {
  public:
-  // `scene` outlives the writer.
-  FusedCloudWriter(const std::filesystem::path& ply_path, const Scene& scene);
+  // `scene` outlives the writer. `num_points`: of the whole cloud, if it is known beforehand; else
+  // a comment in the header leaves room for its digits.
+  FusedCloudWriter(const std::filesystem::path& ply_path, const Scene& scene,
+                   std::optional<uint64_t> num_points = std::nullopt);
 
   void Add(const VisibilityCloud& part);
   void Commit();
@@ -51,6 +54,7 @@ class FusedCloudWriter {
  private:
   const std::filesystem::path ply_path_;
   const Scene& scene_;
+  const bool count_is_known_;
   AtomicFile ply_, vis_;
   uint64_t num_points_ = 0;
 };

@@ -75,8 +75,7 @@ TEST_F(FusedCloudTest, BytesAreColmaps) {
   cloud.Add({1, 2, 3}, {0, 0, 1}, {7, 8, 9}, views);
   WriteFusedCloud(path_, cloud, data_.scene);
   const std::string header =
-      "ply\nformat binary_little_endian 1.0\ncomment lsmvs...................\nelement vertex 1\n"
-      "property float x\nproperty float y\n"
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
       "property float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
   const std::string ply = ReadWholeFile(path_);
@@ -89,7 +88,7 @@ TEST_F(FusedCloudTest, PartsMakeTheCloud) {
   WriteFusedCloud(path_, cloud_, data_.scene);
   const std::string ply = ReadWholeFile(path_), vis = ReadWholeFile(vis_path_);
   {
-    FusedCloudWriter writer(path_, data_.scene);
+    FusedCloudWriter writer(path_, data_.scene, cloud_.size());
     for (size_t p = 0; p < cloud_.size(); ++p) {
       VisibilityCloud part;
       part.Add(cloud_.positions[p], cloud_.normals[p], cloud_.colors[p], cloud_.ViewsOf(p));
@@ -104,6 +103,21 @@ TEST_F(FusedCloudTest, PartsMakeTheCloud) {
   EXPECT_EQ(ReadWholeFile(vis_path_), vis);
   { FusedCloudWriter(path_, data_.scene).Add(cloud_); }
   EXPECT_EQ(ReadWholeFile(path_), ply);
+}
+
+// Only a comment in the header tells a cloud whose size was not known beforehand.
+TEST_F(FusedCloudTest, NumberOfPointsMayBeUnknownBeforehand) {
+  WriteFusedCloud(path_, cloud_, data_.scene);
+  const std::string ply = ReadWholeFile(path_), vis = ReadWholeFile(vis_path_);
+  FusedCloudWriter writer(path_, data_.scene);
+  writer.Add(cloud_);
+  writer.Commit();
+  std::string padded = ReadWholeFile(path_);
+  const size_t begin = padded.find("comment"), end = padded.find("element");
+  ASSERT_LT(begin, end);
+  EXPECT_EQ(padded.erase(begin, end - begin), ply);
+  EXPECT_EQ(ReadWholeFile(vis_path_), vis);
+  ExpectSameCloud(Read().cloud, cloud_);
 }
 
 TEST_F(FusedCloudTest, VisibilityOfAMeshIsReadAsThatOfACloud) {
