@@ -332,7 +332,7 @@ const tests = {
   },
 };
 
-const slow = slowdown();
+const slowBefore = slowdown();
 let failures = 0;
 async function run(name, body) {
   try {
@@ -345,6 +345,7 @@ async function run(name, body) {
 }
 
 const { page, seconds } = await open({ width: 1400, height: 1000 });
+const slow = Math.max(slowBefore, slowdown());  // others may have come while the page loaded
 console.log(`four meshes of 200,000 faces: loaded in ${seconds.toFixed(2)} s; this machine runs at 1/${slow.toFixed(1)}`);
 await run(`loads within ${LOAD_SECONDS} s of an idle machine`, async () => assert(seconds < LOAD_SECONDS * slow, `${seconds} s`));
 await run('never blocks the page for long', async () => {
