@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "lsmvs/image/largest_image.h"
 #include "lsmvs/pipeline/reconstruction.h"
 #include "lsmvs/pipeline/task_inputs.h"
 #include "lsmvs/util/error.h"
@@ -11,8 +12,8 @@ namespace lsmvs {
 namespace {
 
 // Version of the method: a new one makes maps of older runs stale.
-constexpr const char* kStereoVersion = "2";
-constexpr const char* kFusionVersion = "2";
+constexpr const char* kStereoVersion = "3";
+constexpr const char* kFusionVersion = "3";
 
 // Part of the memory budget that cached depth maps may take, and the number of views that are
 // cached at most: those that one view has to do with. More would make memory grow with the number
@@ -27,18 +28,9 @@ std::string KindName(DepthMapKind kind) {
   return kind == DepthMapKind::kPhotometric ? "photometric" : "geometric";
 }
 
-size_t LargestImage(const Reconstruction& reconstruction) {
-  size_t num_pixels = 0;
-  for (int v = 0; v < reconstruction.scene.num_views(); ++v) {
-    const PinholeCamera camera = reconstruction.images->Camera(v, 0);
-    num_pixels = std::max(num_pixels, static_cast<size_t>(camera.width) * camera.height);
-  }
-  return num_pixels;
-}
-
 size_t MapBudget(const Reconstruction& reconstruction) {
   return std::min(reconstruction.memory_budget_bytes / kMapBudgetDivisor,
-                  kViewsHeld * kMapBytesPerPixel * LargestImage(reconstruction));
+                  kViewsHeld * kMapBytesPerPixel * LargestImagePixels(*reconstruction.images));
 }
 
 double CountDepths(const DepthMap& map) {
@@ -84,7 +76,8 @@ TaskCounts RunStereo(const Reconstruction& reconstruction, int view_idx, DepthMa
                        reconstruction.neighbors[view], reconstruction.depth_ranges[view],
                        maps.get(), reconstruction.options.patch_match, run.context);
   reconstruction.files->WriteDepthMap(reconstruction.scene.views[view], kind, map, run.outputs);
-  reconstruction.images->Trim(kViewsHeld * kPhotoBytesPerPixel * LargestImage(reconstruction));
+  reconstruction.images->Trim(kViewsHeld * kPhotoBytesPerPixel *
+                              LargestImagePixels(*reconstruction.images));
   return {{"maps", 1.0}, {"depths", CountDepths(map)}};
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "lsmvs/image/largest_image.h"
 #include "lsmvs/stereo/plane_map.h"
 #include "lsmvs/stereo/view_geometry.h"
 #include "lsmvs/stereo/weak_support.h"
@@ -64,8 +65,8 @@ struct LoadedView {
 // What one neighbour says about the depths of one row of the reference: few of its pixels where
 // neighbours are many.
 struct RowEstimates {
-  std::vector<uint16_t> columns;  // ascending
-  std::vector<float> depths;      // on the reference's ray
+  std::vector<int32_t> columns;  // ascending
+  std::vector<float> depths;     // on the reference's ray
 };
 
 // What the neighbours say about the pixels of one reference view.
@@ -136,13 +137,13 @@ class Fuser {
                           const Evidence& evidence, int row) const;
   void Cover(int view_idx, const std::vector<VisibilityCloud>& rows, const RunContext& context);
   void CoverIn(size_t view_idx, const VisibilityCloud& points);
-  void TrimImages() const;
 
   const Scene& scene_;
   const ImageStore& images_;
   const DepthMapSource& maps_;
   const FusionOptions& options_;
   const Thresholds thresholds_;
+  const size_t image_bytes_held_;
   std::vector<std::vector<int>> neighbor_idxs_;
   std::vector<PixelSet> covered_;
   std::vector<PinholeCamera> map_cameras_;  // of the views whose map was seen; width 0 otherwise
@@ -178,6 +179,8 @@ Fuser::Fuser(const Scene& scene, const ImageStore& images,
       maps_(maps),
       options_(options),
       thresholds_(options),
+      image_bytes_held_(kImagesHeld * LargestImagePixels(images) *
+                        (sizeof(Color) + sizeof(uint8_t))),
       neighbor_idxs_(SymmetricNeighbors(neighbors, options.check_num_images)),
       covered_(scene.views.size()),
       map_cameras_(scene.views.size()) {}
@@ -235,7 +238,7 @@ void Fuser::Collect(const LoadedView& reference, const PixelSet& covered,
     const double estimate = (offset - normal.dot(neighbor_from_reference.translation)) / along;
     if (!(std::abs(estimate - depth) <= 2 * thresholds_.depth * depth)) return;
     RowEstimates& estimates = evidence->estimates[slot][static_cast<size_t>(row)];
-    estimates.columns.push_back(static_cast<uint16_t>(column));
+    estimates.columns.push_back(column);
     estimates.depths.push_back(static_cast<float>(estimate));
     evidence->normal_sums[pixel] += (world_from_neighbor * normal).cast<float>();
     evidence->color_sums[pixel] += neighbor.ColorAt(to_column, to_row).cast<float>();
@@ -364,14 +367,6 @@ void Fuser::Cover(int view_idx, const std::vector<VisibilityCloud>& rows,
   });
 }
 
-void Fuser::TrimImages() const {
-  size_t largest = 0;
-  for (const PinholeCamera& camera : map_cameras_) {
-    largest = std::max(largest, static_cast<size_t>(camera.width) * camera.height);
-  }
-  images_.Trim(kImagesHeld * largest * (sizeof(Color) + 1));
-}
-
 void Fuser::FuseView(int view_idx, const CloudSink& sink, const RunContext& context) {
   const LoadedView reference = Load(view_idx);
   if (reference.map == nullptr) return;
@@ -389,7 +384,7 @@ void Fuser::FuseView(int view_idx, const CloudSink& sink, const RunContext& cont
     if (neighbor.map == nullptr) continue;
     remember(neighbor_idxs[slot], neighbor);
     Collect(reference, covered, neighbor, slot, &evidence, context);
-    TrimImages();
+    images_.Trim(image_bytes_held_);
   }
   const Raster<uint8_t> support = Accept(reference, covered, evidence);
   std::vector<VisibilityCloud> rows(static_cast<size_t>(reference.camera.height));

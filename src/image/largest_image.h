@@ -1,0 +1,20 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+#include "lsmvs/image/image_store.h"
+
+namespace lsmvs {
+
+// Pixels of the store's largest image at level 0: what caches of a number of views are sized by.
+inline size_t LargestImagePixels(const ImageStore& images) {
+  size_t num_pixels = 0;
+  for (size_t v = 0; v < images.num_views(); ++v) {
+    const PinholeCamera camera = images.Camera(static_cast<int>(v), 0);
+    num_pixels = std::max(num_pixels, static_cast<size_t>(camera.width) * camera.height);
+  }
+  return num_pixels;
+}
+
+}  // namespace lsmvs
