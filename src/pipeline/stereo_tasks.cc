@@ -12,7 +12,7 @@ namespace lsmvs {
 namespace {
 
 // Version of the method: a new one makes maps of older runs stale.
-constexpr const char* kStereoVersion = "3";
+constexpr const char* kStereoVersion = "4";
 constexpr const char* kFusionVersion = "3";
 
 // Part of the memory budget that cached depth maps may take, and the number of views that are

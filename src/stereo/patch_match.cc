@@ -277,7 +277,8 @@ void ViewMatcher::FilterExtrapolation(const Level& level, PlaneMap* planes) cons
   const PlainSettings settings = {
       .max_deviation = static_cast<float>(kMaxPlainBulgePx / displacement_px),
       .max_step = static_cast<float>(kMaxPlainStepPx / displacement_px),
-      .border_reach = 2 * options_.window_radius + 1};
+      .border_reach = 2 * options_.window_radius + 1,
+      .texture_radius = kTextureRadius};
   DropExtrapolatedPlains(textured, settings, planes);
 }
 

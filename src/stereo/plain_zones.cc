@@ -82,6 +82,38 @@ bool Interpolates(float q, const Anchor& a, const Anchor& b, int dx, int dy,
   return expected && std::abs(q - *expected) <= settings.max_deviation;
 }
 
+// A pixel whose plane was reset, and the inverse depth that it had.
+struct Dropped {
+  int column, row;
+  float q;
+};
+
+// Resets what continues the depth of dropped pixels within their texture windows.
+size_t DropWindowsAround(const std::vector<Dropped>& dropped, const PlainSettings& settings,
+                         PlaneMap* planes) {
+  const int radius = settings.texture_radius;
+  size_t num_dropped = 0;
+  for (const Dropped& from : dropped) {
+    const int top = std::max(0, from.row - radius),
+              bottom = std::min(planes->height - 1, from.row + radius),
+              left = std::max(0, from.column - radius),
+              right = std::min(planes->width - 1, from.column + radius);
+    for (int row = top; row <= bottom; ++row) {
+      for (int column = left; column <= right; ++column) {
+        Plane& plane = (*planes)(column, row);
+        const int steps = std::max(std::abs(column - from.column), std::abs(row - from.row));
+        if (!(plane.q > 0) ||
+            std::abs(plane.q - from.q) > settings.max_step * static_cast<float>(steps)) {
+          continue;
+        }
+        plane = {};
+        ++num_dropped;
+      }
+    }
+  }
+  return num_dropped;
+}
+
 }  // namespace
 
 Raster<uint8_t> TexturedPixels(const GrayImage& gray, int radius, float min_variance) {
@@ -113,13 +145,17 @@ size_t DropExtrapolatedPlains(const Raster<uint8_t>& textured, const PlainSettin
       if (Interpolates(q, one_side[pixel], b, dx, dy, settings)) between[pixel] = true;
     });
   }
-  size_t num_dropped = 0;
-  for (size_t i = 0; i < planes->size(); ++i) {
-    if (!(planes->pixels[i].q > 0) || textured.pixels[i] != 0 || between[i]) continue;
-    planes->pixels[i] = {};
-    ++num_dropped;
+  std::vector<Dropped> dropped;
+  for (int row = 0; row < planes->height; ++row) {
+    for (int column = 0; column < planes->width; ++column) {
+      const size_t pixel = planes->Index(column, row);
+      Plane& plane = planes->pixels[pixel];
+      if (!(plane.q > 0) || textured.pixels[pixel] != 0 || between[pixel]) continue;
+      dropped.push_back({column, row, plane.q});
+      plane = {};
+    }
   }
-  return num_dropped;
+  return dropped.size() + DropWindowsAround(dropped, settings, planes);
 }
 
 }  // namespace lsmvs

@@ -22,6 +22,7 @@ struct PlainSettings {
   float max_deviation = 0;  // inverse depth by which a plain zone may bulge out of its rim's chord
   float max_step = 0;       // inverse depth between neighbours that hang together
   int border_reach = 0;     // pixels to the image's border within which texture may lie beyond it
+  int texture_radius = 0;   // of the windows that TexturedPixels looked at
 };
 
 // Resets the planes (q = 0) of pixels without texture that are not between textured ones. A pixel
@@ -32,6 +33,8 @@ struct PlainSettings {
 //     depth deviates little;
 //   - one such lies on one side, with a plane from which the pixel deviates little, and on the
 //     other the image ends within reach.
+// With each such pixel go those of its texture window that continue its depth: a window without
+// texture has none in any of its pixels, though windows around those at its rim reach out to some.
 // Returns how many were reset. O(pixels), 24 bytes a pixel.
 size_t DropExtrapolatedPlains(const Raster<uint8_t>& textured, const PlainSettings& settings,
                               PlaneMap* planes);

@@ -81,6 +81,28 @@ TEST(PlainZones, DepthCarriedBeyondASilhouetteGoes) {
   EXPECT_GT(planes(5, 30).q, 0);
 }
 
+// Windows around the first pixels of the sky reach into the textured wall.
+TEST(PlainZones, WindowsWithoutTextureGoWhole) {
+  PlaneMap planes = SlantedPlane();
+  for (int row = 30; row < kSide; ++row) {
+    for (int column = 0; column < 10; ++column) planes(column, row).q = 3;  // nearer: a pole
+  }
+  Raster<uint8_t> textured(kSide, kSide, 0);
+  for (int row = 28; row < kSide; ++row) {
+    for (int column = 0; column < kSide; ++column) textured(column, row) = 1;
+  }
+  const PlainSettings settings = {.max_deviation = 1e-2f, .max_step = 1e-2f, .texture_radius = 2};
+  DropExtrapolatedPlains(textured, settings, &planes);
+  EXPECT_EQ(planes(30, 29).q, 0);  // the last row of the last window without texture
+  EXPECT_GT(planes(30, 30).q, 0);
+  PlaneMap near = SlantedPlane();
+  for (int row = 28; row < kSide; ++row) {
+    for (int column = 0; column < kSide; ++column) near(column, row).q = 3;
+  }
+  DropExtrapolatedPlains(textured, settings, &near);
+  EXPECT_GT(near(30, 28).q, 0);  // does not continue what went
+}
+
 TEST(PlainZones, SkyBetweenTwoDepthsGoes) {
   PlaneMap planes = SlantedPlane();
   Raster<uint8_t> textured(kSide, kSide, 0);

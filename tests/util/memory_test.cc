@@ -21,8 +21,9 @@ TEST(Memory, PeakFollowsAnAllocationAndCanBeReset) {
   const size_t high = PeakResidentBytes();
   EXPECT_GE(high, before + kBytes / 2);
   ResetPeakResidentBytes();
-  // Where the kernel does not let us reset, the peak stays; it never grows by that.
-  EXPECT_LE(PeakResidentBytes(), high);
+  // Where the kernel does not let us reset, the peak stays; it never grows by that. The rest of the
+  // process may touch some pages meanwhile.
+  EXPECT_LE(PeakResidentBytes(), high + kBytes / 16);
 }
 
 }  // namespace
