@@ -34,8 +34,9 @@ void VisibilityMesherOptions::Describe(OptionSet* options) {
       "all",
       {0, 1e6});
   options->Add(group + "normal_check_factor", &normal_check_factor,
-               "Facets with an edge longer than this times the usual edge length must agree with "
-               "the points' normals; raising it closes more of what nobody saw; 0 checks none",
+               "Facets with an edge longer than this times the usual edge length (less where few "
+               "views saw them and many points are false) must agree with the points' normals; "
+               "raising it closes more of what nobody saw; 0 checks none",
                {0, 1e6});
   options->Add(group + "max_normal_angle_deg", &max_normal_angle_deg,
                "Angle (degrees) to the normals of the points at its corners up to which such a "

@@ -54,6 +54,7 @@ class Cleaner {
 
   SurfaceCleaningCounters Run() {
     MeasureLengths();
+    MeasureFalseShare();
     if (options_.max_side_length_factor > 0) DropLongFaces();
     DropWebs();
     DropFloatingComponents();
@@ -79,6 +80,17 @@ class Cleaner {
     local_length_ = LocalLengths(mesh_, longest);
   }
 
+  // Vertices that the cut left off its surface were contradicted; among those on it, where no ray
+  // tells, the share of false ones is taken to be the same.
+  void MeasureFalseShare() {
+    std::vector<char> on_surface(cloud_.first_point.size(), 0);
+    for (const int32_t point : vertex_point_) {
+      if (point >= 0) on_surface[static_cast<size_t>(point)] = 1;
+    }
+    const auto num_true = std::count(on_surface.begin(), on_surface.end(), 1);
+    false_share_ = 1 - static_cast<double>(num_true) / static_cast<double>(on_surface.size());
+  }
+
   void DropLongFaces() {
     counters_.num_dropped_facets =
         FilterFaces(&mesh_, [&](size_t f) { return !TooLong(mesh_.faces[f]); });
@@ -100,7 +112,8 @@ class Cleaner {
 
   bool DefiesNormals(const Eigen::Vector3i& face) const {
     if (options_.normal_check_factor <= 0 ||
-        LongestEdge(mesh_.vertices, face) <= options_.normal_check_factor * usual_length_) {
+        LongestEdge(mesh_.vertices, face) <=
+            options_.normal_check_factor * usual_length_ * LeastTrust(face)) {
       return false;
     }
     const Eigen::Vector3d& corner = mesh_.vertices[face[0]];
@@ -110,6 +123,22 @@ class Cleaner {
       const Eigen::Vector3f& measured = cloud_.normals[vertex_point_[v]];
       return !measured.isZero(0.0f) && measured.cast<double>().dot(normal) < least_cosine_;
     });
+  }
+
+  // How far the corner that the fewest views saw can be trusted, 0 to 1: the share of true ones
+  // among edges whose ends have its confidence, where a share false_share_ of the vertices is not;
+  // squared, so that between the least trusted ones facets of any length are checked.
+  double LeastTrust(const Eigen::Vector3i& face) const {
+    size_t num_views = std::numeric_limits<size_t>::max();
+    for (const int v : face) {
+      num_views = std::min(num_views, cloud_.SightsOf(static_cast<size_t>(vertex_point_[v])).size());
+    }
+    const double n = static_cast<double>(num_views) / options_.visibility_sigma;
+    const double confidence = 1 - std::exp(-0.5 * n * n);
+    const double for_true = (1 - false_share_) * confidence * confidence;
+    const double for_false = false_share_ * (1 - confidence * confidence);
+    const double trust = for_true / (for_true + for_false);
+    return trust * trust;
   }
 
   bool ReachesDeep(const Eigen::Vector3i& face) const {
@@ -198,6 +227,7 @@ class Cleaner {
   std::vector<int32_t>& vertex_point_;
   double least_cosine_ = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
   double usual_length_ = 0;
+  double false_share_ = 0;  // of the cloud's vertices
   std::vector<double> local_length_;
   SurfaceCleaningCounters counters_;
 };

@@ -6,14 +6,16 @@
 
 namespace lsmvs {
 
+// As VisibilityMesherOptions, which explains them and has their defaults.
 struct SurfaceCleaningOptions {
-  double max_side_length_factor = 64, max_side_length_percentile = 50;
-  double max_depth_extent_factor = 16;
-  double normal_check_factor = 16, max_normal_angle_deg = 70;
-  double min_component_fraction = 0.002;
-  int min_component_faces = 50;
-  int max_hole_edges = 40;
-  int smoothing_iterations = 2;
+  double max_side_length_factor = 0, max_side_length_percentile = 0;
+  double max_depth_extent_factor = 0;
+  double normal_check_factor = 0, max_normal_angle_deg = 0;
+  double visibility_sigma = 0;
+  double min_component_fraction = 0;
+  int min_component_faces = 0;
+  int max_hole_edges = 0;
+  int smoothing_iterations = 0;
 };
 
 struct SurfaceCleaningCounters {

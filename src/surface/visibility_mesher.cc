@@ -99,9 +99,9 @@ class Mesher {
     const SurfaceCleaningOptions cleaning{
         options_.max_side_length_factor,  options_.max_side_length_percentile,
         options_.max_depth_extent_factor, options_.normal_check_factor,
-        options_.max_normal_angle_deg,    options_.min_component_fraction,
-        options_.min_component_faces,     options_.max_hole_edges,
-        options_.smoothing_iterations};
+        options_.max_normal_angle_deg,    options_.visibility_sigma,
+        options_.min_component_fraction,  options_.min_component_faces,
+        options_.max_hole_edges,          options_.smoothing_iterations};
     const SurfaceCleaningCounters counters =
         CleanSurface(scene_, merged_, cleaning, context_, &surface_);
     result_.counters.num_dropped_facets = counters.num_dropped_facets;

@@ -32,7 +32,7 @@ struct VisibilityMesherOptions {
   double distance_sigma_factor = 1.0;
   // How far behind a vertex, in units of its sigma, the inside is supported. Raising it thickens
   // thin parts.
-  double sink_distance_factor = 1.0;
+  double sink_distance_factor = 0.5;
   // Weight of the shape of facets against one seen point. Raising it gives smoother surfaces and
   // less detail.
   double quality_regularization = 1.0;
@@ -41,14 +41,16 @@ struct VisibilityMesherOptions {
   double max_side_length_factor = 64.0;
   // Facets with an edge longer than this times the percentile below are dropped if they make more
   // than max_normal_angle_deg with the normal that the points at one of their corners had: webs
-  // between a foreground and what lies behind it, and skirts around what was seen. Raising either
-  // closes more of what nobody saw. 0 keeps all.
+  // between a foreground and what lies behind it, skirts around what was seen, what false points
+  // hold up where no ray contradicts them. Shorter edges are checked where few views saw a
+  // corner (see visibility_sigma), the more so the more of the cloud's points the cut found false.
+  // Raising either closes more of what nobody saw. 0 keeps all.
   double normal_check_factor = 16.0;
   double max_normal_angle_deg = 70.0;
   // Facets that reach farther than this times the local edge length along the line of sight of
   // every view that sees one of their corners from the front are webs, too. Raising it closes more
   // of what nobody saw. 0 keeps all.
-  double max_depth_extent_factor = 16.0;
+  double max_depth_extent_factor = 8.0;
   // Percentile of the surface's longest facet edges that counts as its edge length.
   double max_side_length_percentile = 50.0;
   // Components with less than this fraction of the largest one's faces, or with fewer faces than

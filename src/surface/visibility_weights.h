@@ -10,7 +10,7 @@ namespace lsmvs {
 
 struct VisibilityWeightOptions {
   double distance_sigma_factor = 1;
-  double sink_distance_factor = 1;
+  double sink_distance_factor = 0.5;
   double quality_regularization = 1;
 };
 

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdint>
 #include <map>
 #include <random>
 #include <thread>
@@ -45,7 +46,7 @@ void RunAll(const fs::path& root) {
 }
 
 // Runs in a child process that is killed after `microseconds`. Whether it ended by itself.
-bool RunAndKill(const fs::path& root, int microseconds) {
+bool RunAndKill(const fs::path& root, int64_t microseconds) {
   const pid_t child = ::fork();
   if (child == 0) {
     try {
@@ -65,6 +66,14 @@ bool RunAndKill(const fs::path& root, int microseconds) {
   return WIFEXITED(status);
 }
 
+// How long an undisturbed run takes here and now.
+int64_t RunMicroseconds(const fs::path& root) {
+  const auto begin = std::chrono::steady_clock::now();
+  RunAll(root);
+  const auto duration = std::chrono::steady_clock::now() - begin;
+  return std::chrono::duration_cast<std::chrono::microseconds>(duration).count();
+}
+
 // All files but the record, whose times differ.
 std::map<std::string, std::string> Results(const fs::path& root) {
   std::map<std::string, std::string> results;
@@ -79,7 +88,7 @@ TEST(Kill, AnyNumberOfKillsEndsWithTheSameFiles) {
   constexpr int kNumKills = 15, kMaxRuns = 5000;
   const TemporaryFolder undisturbed;
   WriteText(undisturbed.path() / "photo", "light");
-  RunAll(undisturbed.path());
+  const int64_t run_microseconds = RunMicroseconds(undisturbed.path());
   const auto expected = Results(undisturbed.path());
   std::mt19937 random(7);
   int num_kills = 0, num_runs = 0;
@@ -87,7 +96,8 @@ TEST(Kill, AnyNumberOfKillsEndsWithTheSameFiles) {
   while (num_kills < kNumKills) {
     const TemporaryFolder killed;
     WriteText(killed.path() / "photo", "light");
-    while (!RunAndKill(killed.path(), std::uniform_int_distribution(200, 12000)(random))) {
+    std::uniform_int_distribution<int64_t> moment(0, run_microseconds);
+    while (!RunAndKill(killed.path(), moment(random))) {
       ++num_kills;
       ASSERT_LT(++num_runs, kMaxRuns);
     }

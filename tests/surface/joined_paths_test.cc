@@ -19,7 +19,8 @@ Carried Carry(JoinedPaths* paths) {
   Carried carried;
   paths->Carry(
       [&](int32_t cell, int facet, int32_t weight) {
-        carried.facets[{cell, facet}] += weight;
+        int32_t& sum = carried.facets[{cell, facet}];
+        sum = AddCapacities(sum, weight);
       },
       [&](int32_t cell) { carried.ends.push_back(cell); });
   return carried;

@@ -62,6 +62,10 @@ class Sampler {
       }
       outlier.views = RandomViewsOf(outlier.point.position, 2 + random.Below(3), &random);
     }
+    outlier.point.normal = random.Gaussian3().normalized();
+    if (outlier.views.empty()) return outlier;
+    const Eigen::Vector3d center = scene_.views[outlier.views.front()].CenterInWorld();
+    if (outlier.point.normal.dot(center - outlier.point.position) < 0) outlier.point.normal *= -1;
     return outlier;
   }
 
@@ -145,7 +149,8 @@ VisibilityCloud SampleCloud(const Shape& shape, const Scene& scene,
       std::llround(share / (1 - share) * static_cast<double>(options.num_points)));
   for (size_t i = 0; i < num_outliers; ++i) {
     const SeenPoint outlier = sampler.Outlier(i);
-    cloud.Add(outlier.point.position.cast<float>(), Eigen::Vector3f::Zero(), gray, outlier.views);
+    cloud.Add(outlier.point.position.cast<float>(), outlier.point.normal.cast<float>(), gray,
+              outlier.views);
   }
   return cloud;
 }
