@@ -131,7 +131,8 @@ class Cleaner {
   double LeastTrust(const Eigen::Vector3i& face) const {
     size_t num_views = std::numeric_limits<size_t>::max();
     for (const int v : face) {
-      num_views = std::min(num_views, cloud_.SightsOf(static_cast<size_t>(vertex_point_[v])).size());
+      num_views =
+          std::min(num_views, cloud_.SightsOf(static_cast<size_t>(vertex_point_[v])).size());
     }
     const double n = static_cast<double>(num_views) / options_.visibility_sigma;
     const double confidence = 1 - std::exp(-0.5 * n * n);
