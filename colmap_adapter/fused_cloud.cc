@@ -84,11 +84,7 @@ class PointReader {
       normal /= norm;
     }
     cloud->normals.push_back(normal);
-    Color color = Color::Zero();
-    if (has_color_) {
-      color = Values(row, color_).cwiseMax(0.0).cwiseMin(255.0).cast<uint8_t>();
-    }
-    cloud->colors.push_back(color);
+    cloud->colors.push_back(has_color_ ? PlyColor(Values(row, color_)) : Color::Zero());
   }
 
   const std::string path_;

@@ -306,8 +306,6 @@ struct Triple {
   }
 };
 
-uint8_t ToByte(double value) { return static_cast<uint8_t>(std::clamp(value, 0.0, 255.0)); }
-
 // Adds the triangles of a polygon. Indices are checked later: faces may come before the vertices.
 void AddFan(const std::string& path, const PlyReader::Row& row, int property, TriangleMesh* mesh) {
   const size_t begin = row.first[property], end = row.first[property + 1];
@@ -353,10 +351,7 @@ TriangleMesh ReadMeshPly(const std::filesystem::path& path, const Eigen::Vector3
     }
     mesh.vertices.push_back(x - world_offset);
     if (normal) mesh.vertex_normals.push_back(normal.Of(row).cast<float>());
-    if (color) {
-      const Eigen::Vector3d c = color.Of(row);
-      mesh.vertex_colors.emplace_back(ToByte(c[0]), ToByte(c[1]), ToByte(c[2]));
-    }
+    if (color) mesh.vertex_colors.push_back(PlyColor(color.Of(row)));
   };
   if (const PlyElement* face = reader.FindElement("face"); face != nullptr) {
     int property = face->Find("vertex_indices");
@@ -407,6 +402,15 @@ void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh,
     file.Write(face.data(), 3 * sizeof(int));
   }
   file.Commit();
+}
+
+Eigen::Matrix<uint8_t, 3, 1> PlyColor(const Eigen::Vector3d& values) {
+  Eigen::Matrix<uint8_t, 3, 1> color;
+  for (int k = 0; k < 3; ++k) {
+    // Not std::clamp: it passes on what is no number, which has no byte.
+    color[k] = values[k] > 0 ? static_cast<uint8_t>(std::min(values[k], 255.0)) : uint8_t{0};
+  }
+  return color;
 }
 
 }  // namespace lsmvs

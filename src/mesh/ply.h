@@ -83,4 +83,7 @@ TriangleMesh ReadMeshPly(const std::filesystem::path& path,
 void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh,
                   const Eigen::Vector3d& world_offset = Eigen::Vector3d::Zero());
 
+// The colour that a file's red, green and blue mean: cut to 0 .. 255; what is no number is 0.
+Eigen::Matrix<uint8_t, 3, 1> PlyColor(const Eigen::Vector3d& values);
+
 }  // namespace lsmvs

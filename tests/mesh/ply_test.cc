@@ -125,6 +125,16 @@ TEST_F(PlyTest, AsciiWithCommentsPolygonsAndWindowsLines) {
   EXPECT_EQ(mesh.faces, (std::vector<Eigen::Vector3i>{{0, 1, 2}, {0, 2, 3}, {0, 1, 4}}));
 }
 
+TEST_F(PlyTest, ColorsAreCutToBytes) {
+  const TriangleMesh mesh = ReadText(
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+      "property float z\nproperty float red\nproperty float green\nproperty float blue\n"
+      "end_header\n0 0 0 nan 300 -3\n1 0 0 7.9 inf -inf\n");
+  ASSERT_EQ(mesh.vertex_colors.size(), 2u);
+  EXPECT_EQ(mesh.vertex_colors[0], (Eigen::Matrix<uint8_t, 3, 1>(0, 255, 0)));
+  EXPECT_EQ(mesh.vertex_colors[1], (Eigen::Matrix<uint8_t, 3, 1>(7, 255, 0)));
+}
+
 TEST_F(PlyTest, BinaryOfEitherByteOrderWithForeignElements) {
   for (const bool big : {false, true}) {
     std::string bytes = "ply\nformat binary_" + std::string(big ? "big" : "little") +
