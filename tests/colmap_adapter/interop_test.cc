@@ -45,9 +45,10 @@ class Executable : public Colmap {
   std::string WhyMissing() const override {
     return runner_.available() ? "" : "the program `colmap` is not installed";
   }
+  // In one thread: which pixels COLMAP fuses depends on the order in which several get to them.
   void Fuse(const fs::path& workspace, const fs::path& ply) const override {
     Run({"stereo_fusion", "--workspace_path", workspace, "--output_path", ply, "--input_type",
-         "geometric", "--StereoFusion.min_num_pixels", "3"});
+         "geometric", "--StereoFusion.min_num_pixels", "3", "--StereoFusion.num_threads", "1"});
   }
   void Convert(const fs::path& model, const fs::path& out, bool to_text) const override {
     fs::create_directories(out);

@@ -47,6 +47,7 @@ def rigs(out_bin, out_txt):
 def fuse(workspace, out_ply):
     options = pycolmap.StereoFusionOptions()
     options.min_num_pixels = 3
+    options.num_threads = 1
     pycolmap.stereo_fusion(out_ply, workspace, input_type="geometric", options=options, output_type="PLY")
 
 
