@@ -40,8 +40,8 @@ function(lsmvs_add_module name)
     PATTERN "*_internal.h" EXCLUDE)
 endfunction()
 
-# lsmvs_add_test(<name> SOURCES <files> USES <libraries> [TIMEOUT <s>] [ENVIRONMENT ...]): a GoogleTest
-# program whose cases become tests of ctest.
+# lsmvs_add_test(<name> SOURCES <files> USES <libraries> [TIMEOUT <s>] [SHARING_SUITES <suites>]): a
+# GoogleTest program whose cases become tests of ctest; a sharing suite is one test.
 function(lsmvs_add_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;USES;SHARING_SUITES" ${ARGN})
   if(NOT ARG_TIMEOUT)

@@ -274,8 +274,8 @@ class Merger {
     sights->clear();
     for (const uint32_t p : points) {
       const auto views = cloud_.ViewsOf(p);
-      const double n = static_cast<double>(views.size()) / options_.visibility_sigma;
-      const auto support = static_cast<float>(-std::expm1(-0.5 * n * n));
+      const auto support =
+          static_cast<float>(ViewConfidence(views.size(), options_.visibility_sigma));
       for (const uint32_t view_idx : views) {
         const Eigen::Vector3d x = cloud_.positions[p].cast<double>();
         if (scene_.views[view_idx].Depth(x) > 0) sights->push_back({view_idx, support});

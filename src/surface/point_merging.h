@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -29,11 +31,16 @@ struct PointMergingOptions {
   double visibility_sigma = 3.0;  // views
 };
 
+// How much a point counts that so many views see, 0 to 1.
+inline double ViewConfidence(size_t num_views, double visibility_sigma) {
+  const double n = static_cast<double>(num_views) / visibility_sigma;
+  return -std::expm1(-0.5 * n * n);
+}
+
 // One view's sight of a vertex.
 struct Sight {
   uint32_t view_idx = 0;
-  float support = 0;  // sum over the points behind it of 1 - exp(-n^2 / (2 visibility_sigma^2)), n
-                      // = views of the point
+  float support = 0;  // sum over the points behind it of ViewConfidence(views of the point)
 };
 
 // The vertices-to-be, in spatial order.

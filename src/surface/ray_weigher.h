@@ -23,7 +23,7 @@ inline int32_t ToCapacity(double weight) {
 struct RayWeights {
   std::vector<Eigen::Vector3d> centers;  // of the views, canonical
   std::vector<float> sigmas;             // #V, canonical
-  double sink_distance_factor = 0.5;
+  double sink_distance_factor = 0;
 };
 
 struct RayCounters {

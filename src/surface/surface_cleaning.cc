@@ -134,8 +134,7 @@ class Cleaner {
       num_views =
           std::min(num_views, cloud_.SightsOf(static_cast<size_t>(vertex_point_[v])).size());
     }
-    const double n = static_cast<double>(num_views) / options_.visibility_sigma;
-    const double confidence = 1 - std::exp(-0.5 * n * n);
+    const double confidence = ViewConfidence(num_views, options_.visibility_sigma);
     const double for_true = (1 - false_share_) * confidence * confidence;
     const double for_false = false_share_ * (1 - confidence * confidence);
     const double trust = for_true / (for_true + for_false);

@@ -27,9 +27,8 @@ struct SampledCloudOptions {
 
 // Random points on the shape with the views that see them: what an ideal or a bad stereo would
 // give. Normals are the true ones (of outliers random ones that face a view), colours grey. Points
-// come in random order, outliers after the
-// others. Deterministic for any number of threads. Throws std::logic_error if hardly any part of
-// the shape is seen.
+// come in random order, outliers after the others. Deterministic for any number of threads. Throws
+// std::logic_error if hardly any part of the shape is seen.
 VisibilityCloud SampleCloud(const Shape& shape, const Scene& scene,
                             const SampledCloudOptions& options, const RunContext& context);
 
