@@ -72,18 +72,28 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   const ReconstructionOptions& options = reconstruction.options;
   const Eigen::Vector3d& offset = reconstruction.scene.world_offset;
   if (!options.bounding_box.isEmpty()) cloud = Crop(cloud, options.bounding_box, offset);
+  const size_t num_points = cloud.size();
   const VisibilityMesherResult result =
-      MeshVisibilityCloud(reconstruction.scene, cloud, options.surface, run.context);
+      MeshVisibilityCloud(reconstruction.scene, std::move(cloud), options.surface, run.context);
   if (result.mesh.empty()) {
     throw InputError(cloud_path.string(), "gives no surface: " + result.message,
                      "check that the points and their views belong to this model");
   }
   WriteMeshPly(run.outputs.at(0), result.mesh, offset);
   reconstruction.files->WriteVisibility(result.view_begin, result.view_idxs, run.outputs.at(1));
-  return {{"points", static_cast<double>(cloud.size())},
-          {"delaunay_vertices", static_cast<double>(result.counters.num_vertices)},
-          {"vertices", static_cast<double>(result.mesh.vertices.size())},
-          {"faces", static_cast<double>(result.mesh.faces.size())}};
+  TaskCounts counts = {
+      {"points", static_cast<double>(num_points)},
+      {"delaunay_vertices", static_cast<double>(result.counters.num_vertices)},
+      {"cells", static_cast<double>(result.counters.num_cells)},
+      {"rays", static_cast<double>(result.counters.num_rays)},
+      {"crossings", static_cast<double>(result.counters.num_crossings)},
+      {"vertices", static_cast<double>(result.mesh.vertices.size())},
+      {"faces", static_cast<double>(result.mesh.faces.size())},
+      {"predicted_peak_bytes", static_cast<double>(result.predicted_peak_bytes)},
+      {"measured_peak_bytes", static_cast<double>(result.measured_peak_bytes)},
+  };
+  for (const auto& [phase, seconds] : result.seconds) counts[phase + "_seconds"] = seconds;
+  return counts;
 }
 
 Task SurfaceTask(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {

@@ -33,6 +33,11 @@ void VisibilityMesherOptions::Describe(OptionSet* options) {
       "Facets with an edge longer than this times the usual edge length are dropped; 0 keeps "
       "all",
       {0, 1e6});
+  options->Add(group + "max_web_factor", &max_web_factor,
+               "Facets that are long, deep along all lines of sight and against the points' normals "
+               "are dropped, sooner where few views saw a corner; raising it closes more of what "
+               "nobody saw; 0 keeps all",
+               {0, 1e6});
   options->Add(group + "normal_check_factor", &normal_check_factor,
                "Facets with an edge longer than this times the usual edge length (less where few "
                "views saw them and many points are false) must agree with the points' normals; "
@@ -42,10 +47,6 @@ void VisibilityMesherOptions::Describe(OptionSet* options) {
                "Angle (degrees) to the normals of the points at its corners up to which such a "
                "facet agrees with them; raising it closes more of what nobody saw",
                {0, 180});
-  options->Add(group + "max_depth_extent_factor", &max_depth_extent_factor,
-               "Facets that reach farther than this times the usual edge length along the lines of "
-               "sight of all views that see them are dropped; 0 keeps all",
-               {0, 1e6});
   options->Add(group + "max_side_length_percentile", &max_side_length_percentile,
                "Percentile of the longest facet edges that is the usual edge length", {0, 100});
   options->Add(group + "min_component_fraction", &min_component_fraction,

@@ -49,6 +49,7 @@ class Cleaner {
         vertex_point_(surface->vertex_point) {
     for (const View& view : scene.views) {
       centers_.push_back(cloud.frame.FromWorld(view.CenterInWorld()));
+      focal_lengths_.push_back(view.camera.MeanFocalLength());
     }
   }
 
@@ -61,6 +62,7 @@ class Cleaner {
     for (const int source : SplitNonManifoldVertices(&mesh_)) {
       vertex_point_.push_back(vertex_point_[source]);
       local_length_.push_back(local_length_[source]);
+      pixel_size_.push_back(pixel_size_[source]);
     }
     RemoveUnused();
     if (options_.max_hole_edges > 0) CloseSmallHoles();
@@ -76,8 +78,32 @@ class Cleaner {
     for (size_t f = 0; f < longest.size(); ++f)
       longest[f] = LongestEdge(mesh_.vertices, mesh_.faces[f]);
     if (longest.empty()) return;
-    usual_length_ = Percentile(longest, options_.max_side_length_percentile);
+    MeasurePixels();
+    std::vector<double> in_pixels(longest.size());
+    for (size_t f = 0; f < longest.size(); ++f) {
+      in_pixels[f] = longest[f] / PixelSize(mesh_.faces[f]);
+    }
+    usual_pixels_ = Percentile(std::move(in_pixels), options_.max_side_length_percentile);
     local_length_ = LocalLengths(mesh_, longest);
+  }
+
+  // What a pixel covers at each vertex, in the view that sees it finest; the middle of a split edge
+  // has its neighbours'.
+  void MeasurePixels() {
+    pixel_size_.assign(mesh_.vertices.size(), 0);
+    for (size_t v = 0; v < pixel_size_.size(); ++v) {
+      if (vertex_point_[v] < 0) continue;
+      double finest = std::numeric_limits<double>::infinity();
+      for (const Sight& sight : cloud_.SightsOf(static_cast<size_t>(vertex_point_[v]))) {
+        const double distance = (centers_[sight.view_idx] - mesh_.vertices[v]).norm();
+        finest = std::min(finest, distance / focal_lengths_[sight.view_idx]);
+      }
+      pixel_size_[v] = finest;
+    }
+  }
+  // The coarsest of its corners.
+  double PixelSize(const Eigen::Vector3i& face) const {
+    return std::max({pixel_size_[face[0]], pixel_size_[face[1]], pixel_size_[face[2]]});
   }
 
   // Vertices that the cut left off its surface were contradicted; among those on it, where no ray
@@ -96,7 +122,9 @@ class Cleaner {
         FilterFaces(&mesh_, [&](size_t f) { return !TooLong(mesh_.faces[f]); });
   }
   bool TooLong(const Eigen::Vector3i& face) const {
-    return LongestEdge(mesh_.vertices, face) > options_.max_side_length_factor * UsualLength(face);
+    double usual = UsualLength(face);
+    for (const int v : face) usual = std::max(usual, local_length_[v]);
+    return LongestEdge(mesh_.vertices, face) > options_.max_side_length_factor * usual;
   }
 
   void DropWebs() {
@@ -107,48 +135,58 @@ class Cleaner {
   bool IsWeb(const Eigen::Vector3i& face) const {
     const bool measured =
         std::all_of(face.begin(), face.end(), [&](int v) { return vertex_point_[v] >= 0; });
-    return measured && (DefiesNormals(face) || ReachesDeep(face));
+    return measured && (DefiesNormals(face) || Spans(face));
   }
 
   bool DefiesNormals(const Eigen::Vector3i& face) const {
-    if (options_.normal_check_factor <= 0 ||
-        LongestEdge(mesh_.vertices, face) <=
-            options_.normal_check_factor * usual_length_ * LeastTrust(face)) {
-      return false;
-    }
+    const double limit =
+        options_.normal_check_factor * UsualLength(face) * LeastTrust(face, false_share_);
+    return options_.normal_check_factor > 0 && LongestEdge(mesh_.vertices, face) > limit &&
+           LeastCosine(face) < least_cosine_;
+  }
+
+  bool Spans(const Eigen::Vector3i& face) const {
+    if (options_.max_web_factor <= 0) return false;
+    const double trust = LeastTrust(face, std::max(false_share_, kLeastFalseShare));
+    const double limit = options_.max_web_factor * UsualLength(face) * trust;
+    const double length = LongestEdge(mesh_.vertices, face);
+    if ((1 + kDepthStress) * length * kMaxTurn <= limit) return false;
+    const double turn = std::max(kMinTurn, std::sqrt(1 - LeastCosine(face)));
+    return (length + kDepthStress * LeastDepthExtent(face)) * turn > limit;
+  }
+
+  // Of the angles to the normals that the points at the corners had.
+  double LeastCosine(const Eigen::Vector3i& face) const {
     const Eigen::Vector3d& corner = mesh_.vertices[face[0]];
     const Eigen::Vector3d normal =
         (mesh_.vertices[face[1]] - corner).cross(mesh_.vertices[face[2]] - corner).normalized();
-    return std::any_of(face.begin(), face.end(), [&](int v) {
+    double least = 1;
+    for (const int v : face) {
       const Eigen::Vector3f& measured = cloud_.normals[vertex_point_[v]];
-      return !measured.isZero(0.0f) && measured.cast<double>().dot(normal) < least_cosine_;
-    });
+      least = std::min(least, measured.isZero(0.0f) ? kUnknownCosine
+                                                    : measured.cast<double>().dot(normal));
+    }
+    return least;
   }
 
   // How far the corner that the fewest views saw can be trusted, 0 to 1: the share of true ones
-  // among edges whose ends have its confidence, where a share false_share_ of the vertices is not;
+  // among edges whose ends have its confidence, where a share `false_share` of the vertices is not;
   // squared, so that between the least trusted ones facets of any length are checked.
-  double LeastTrust(const Eigen::Vector3i& face) const {
+  double LeastTrust(const Eigen::Vector3i& face, double false_share) const {
     size_t num_views = std::numeric_limits<size_t>::max();
     for (const int v : face) {
       num_views =
           std::min(num_views, cloud_.SightsOf(static_cast<size_t>(vertex_point_[v])).size());
     }
     const double confidence = ViewConfidence(num_views, options_.visibility_sigma);
-    const double for_true = (1 - false_share_) * confidence * confidence;
-    const double for_false = false_share_ * (1 - confidence * confidence);
+    const double for_true = (1 - false_share) * confidence * confidence;
+    const double for_false = false_share * (1 - confidence * confidence);
     const double trust = for_true / (for_true + for_false);
     return trust * trust;
   }
 
-  bool ReachesDeep(const Eigen::Vector3i& face) const {
-    if (options_.max_depth_extent_factor <= 0) return false;
-    const double limit = options_.max_depth_extent_factor * UsualLength(face);
-    return LongestEdge(mesh_.vertices, face) > limit && LeastDepthExtent(face) > limit;
-  }
-
   // How far the face reaches along the line of sight of the view in which that is least, among
-  // those that see a corner and look at its front.
+  // those that see a corner and look at its front; 0 if there is none.
   double LeastDepthExtent(const Eigen::Vector3i& face) const {
     const std::array<Eigen::Vector3d, 3> x = {mesh_.vertices[face[0]], mesh_.vertices[face[1]],
                                               mesh_.vertices[face[2]]};
@@ -165,14 +203,11 @@ class Cleaner {
         least = std::min(least, high - low);
       }
     }
-    return least;
+    return std::isfinite(least) ? least : 0;
   }
 
-  double UsualLength(const Eigen::Vector3i& face) const {
-    double length = usual_length_;
-    for (const int v : face) length = std::max(length, local_length_[v]);
-    return length;
-  }
+  // Of an edge where the face is.
+  double UsualLength(const Eigen::Vector3i& face) const { return usual_pixels_ * PixelSize(face); }
 
   void DropFloatingComponents() {
     const MeshComponents components = FindComponents(mesh_);
@@ -199,6 +234,7 @@ class Cleaner {
       if (new_index[v] < 0) continue;
       vertex_point_[new_index[v]] = vertex_point_[v];
       local_length_[new_index[v]] = local_length_[v];
+      pixel_size_[new_index[v]] = pixel_size_[v];
     }
     vertex_point_.resize(mesh_.vertices.size());
   }
@@ -222,11 +258,19 @@ class Cleaner {
   const MergedCloud& cloud_;
   const SurfaceCleaningOptions& options_;
   const RunContext& context_;
+  // What a facet's depth weighs against its length; the range of sqrt(1 - cosine).
+  static constexpr double kDepthStress = 8, kMinTurn = 0.14, kMaxTurn = std::numbers::sqrt2;
+  static constexpr double kUnknownCosine = 0.5;
+  // Where webs hang, no ray tells: more is false there than the cut found.
+  static constexpr double kLeastFalseShare = 0.1;
+
   std::vector<Eigen::Vector3d> centers_;  // of the views, canonical
+  std::vector<double> focal_lengths_;     // of the views, pixels
   TriangleMesh& mesh_;
   std::vector<int32_t>& vertex_point_;
-  double least_cosine_ = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
-  double usual_length_ = 0;
+  const double least_cosine_ = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
+  std::vector<double> pixel_size_;  // by mesh vertex
+  double usual_pixels_ = 0;         // length of the surface's edges
   double false_share_ = 0;  // of the cloud's vertices
   std::vector<double> local_length_;
   SurfaceCleaningCounters counters_;

@@ -9,7 +9,7 @@ namespace lsmvs {
 // As VisibilityMesherOptions, which explains them and has their defaults.
 struct SurfaceCleaningOptions {
   double max_side_length_factor = 0, max_side_length_percentile = 0;
-  double max_depth_extent_factor = 0;
+  double max_web_factor = 0;
   double normal_check_factor = 0, max_normal_angle_deg = 0;
   double visibility_sigma = 0;
   double min_component_fraction = 0;

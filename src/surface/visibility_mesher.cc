@@ -22,10 +22,10 @@ namespace {
 // Runs the phases one after the other, each dropping what the next do not need.
 class Mesher {
  public:
-  Mesher(const Scene& scene, const VisibilityCloud& cloud, const VisibilityMesherOptions& options,
+  Mesher(const Scene& scene, VisibilityCloud cloud, const VisibilityMesherOptions& options,
          const RunContext& context)
-      : scene_(scene), cloud_(cloud), options_(options), context_(context) {
-    result_.counters.num_points = cloud.size();
+      : scene_(scene), cloud_(std::move(cloud)), options_(options), context_(context) {
+    result_.counters.num_points = cloud_.size();
     ResetPeakResidentBytes();
     bytes_before_ = PeakResidentBytes();
   }
@@ -67,6 +67,7 @@ class Mesher {
     const PointMergingOptions merging{options_.max_proj_dist, options_.max_depth_dist,
                                       options_.visibility_sigma};
     merged_ = MergePoints(scene_, cloud_, merging, context);
+    cloud_ = {};
     result_.counters.num_ignored_points = merged_.num_ignored_points;
     result_.counters.num_vertices = merged_.positions.size();
   }
@@ -98,7 +99,7 @@ class Mesher {
   void Clean() {
     const SurfaceCleaningOptions cleaning{
         options_.max_side_length_factor,  options_.max_side_length_percentile,
-        options_.max_depth_extent_factor, options_.normal_check_factor,
+        options_.max_web_factor,          options_.normal_check_factor,
         options_.max_normal_angle_deg,    options_.visibility_sigma,
         options_.min_component_fraction,  options_.min_component_faces,
         options_.max_hole_edges,          options_.smoothing_iterations};
@@ -132,7 +133,7 @@ class Mesher {
     }
     mesh.vertex_normals = ComputeVertexNormals(mesh);
     result_.message = fmt::format("{} vertices and {} faces from {} points", mesh.vertices.size(),
-                                  mesh.faces.size(), cloud_.size());
+                                  mesh.faces.size(), result_.counters.num_points);
     result_.mesh = std::move(mesh);
     result_.measured_peak_bytes = PeakResidentBytes() - bytes_before_;
     result_.predicted_peak_bytes = PredictBytes();
@@ -150,7 +151,7 @@ class Mesher {
   }
 
   const Scene& scene_;
-  const VisibilityCloud& cloud_;
+  VisibilityCloud cloud_;  // until it is merged
   const VisibilityMesherOptions& options_;
   const RunContext& context_;
   MergedCloud merged_;
@@ -172,13 +173,13 @@ void CheckBudget(const CostEstimate& estimate, const RunContext& context) {
 
 }  // namespace
 
-VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, const VisibilityCloud& cloud,
+VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, VisibilityCloud cloud,
                                            const VisibilityMesherOptions& options,
                                            const RunContext& context) {
   if (std::string error; !options.Check(&error)) throw UsageError(error);
   cloud.CheckConsistent(scene.views.size());
   CheckBudget(EstimateVisibilityMesherCost(cloud.size(), cloud.view_idxs.size(), options), context);
-  return Mesher(scene, cloud, options, context).Run();
+  return Mesher(scene, std::move(cloud), options, context).Run();
 }
 
 }  // namespace lsmvs

@@ -29,28 +29,32 @@ struct VisibilityMesherOptions {
   double visibility_sigma = 3.0;
   // Uncertainty of a vertex along its rays, in units of the lengths of the edges around it. Raising
   // it smooths and closes over noise, but rounds detail and thin parts off.
-  double distance_sigma_factor = 1.0;
+  double distance_sigma_factor = 0.8;
   // How far behind a vertex, in units of its sigma, the inside is supported. Raising it thickens
   // thin parts.
   double sink_distance_factor = 0.5;
   // Weight of the shape of facets against one seen point. Raising it gives smoother surfaces and
   // less detail.
-  double quality_regularization = 1.0;
+  double quality_regularization = 0.7;
   // Facets with an edge longer than this times the local and the global edge length (the percentile
   // below) span what nobody measured and are dropped. 0 keeps all.
   double max_side_length_factor = 64.0;
-  // Facets with an edge longer than this times the percentile below are dropped if they make more
-  // than max_normal_angle_deg with the normal that the points at one of their corners had: webs
-  // between a foreground and what lies behind it, skirts around what was seen, what false points
-  // hold up where no ray contradicts them. Shorter edges are checked where few views saw a
-  // corner (see visibility_sigma), the more so the more of the cloud's points the cut found false.
-  // Raising either closes more of what nobody saw. 0 keeps all.
+  // Webs, which span what nobody measured between a foreground and what lies behind it, around what
+  // was seen, or to false points, are dropped: facets that are long, reach far along the line of
+  // sight of every view that sees one of their corners from the front, turn away from the normals
+  // that the points at their corners had, and hang on a corner that few views saw. With L the
+  // longest edge and D the least reach along lines of sight (both over the percentile below, in
+  // pixels at that place), c the least cosine to the normals and t the trust in the corner that the
+  // fewest views saw (0 to 1; see visibility_sigma; the less the more of the cloud's points the cut
+  // found false): (L + 8 D) sqrt(1 - c) > max_web_factor t. Raising it closes more of what nobody
+  // saw. 0 keeps all.
+  double max_web_factor = 260.0;
+  // Facets with an edge longer than this times the same percentile (less where few views saw a
+  // corner, the more so the more of the cloud's points the cut found false) and more than
+  // max_normal_angle_deg away from the normals at a corner are dropped at any rate. Raising either
+  // closes more of what nobody saw. 0 keeps all.
   double normal_check_factor = 16.0;
   double max_normal_angle_deg = 70.0;
-  // Facets that reach farther than this times the local edge length along the line of sight of
-  // every view that sees one of their corners from the front are webs, too. Raising it closes more
-  // of what nobody saw. 0 keeps all.
-  double max_depth_extent_factor = 8.0;
   // Percentile of the surface's longest facet edges that counts as its edge length.
   double max_side_length_percentile = 50.0;
   // Components with less than this fraction of the largest one's faces, or with fewer faces than
@@ -128,7 +132,7 @@ struct VisibilityMesherResult {
 // context.memory_budget_bytes, CancelledError. Nothing to mesh is a status, not an error. Memory
 // about 0.7 kB a vertex at the peak, beside the cloud; time about O(n log n), see
 // EstimateVisibilityMesherCost.
-VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, const VisibilityCloud& cloud,
+VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, VisibilityCloud cloud,
                                            const VisibilityMesherOptions& options,
                                            const RunContext& context);
 

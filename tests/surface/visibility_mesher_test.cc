@@ -283,15 +283,15 @@ TEST(VisibilityMesher, CameraAtAPointAndSingleViews) {
 }
 
 // What hangs between a sphere and the ground behind its rim is a web that nobody saw.
-void ExpectWebsDropped(bool with_normals, double VisibilityMesherOptions::*factor) {
+void ExpectWebsDropped(bool with_normals, double VisibilityMesherOptions::*factor, double value) {
   const SyntheticScene scene = MakeScene(ShapeName::kSphereOnGround, 16, 320, 240);
   VisibilityCloud cloud = SampleCloud(*scene.shape, scene.scene, Points(8000), kContext);
   if (!with_normals) cloud.normals.assign(cloud.size(), Eigen::Vector3f::Zero());
   VisibilityMesherOptions options = Plain();
-  options.normal_check_factor = options.max_depth_extent_factor = 0;
+  options.max_web_factor = options.normal_check_factor = 0;
   options.sink_distance_factor = 1;  // makes more of them
   const auto kept = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
-  options.*factor = 2;
+  options.*factor = value;
   const auto cleaned = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
   EXPECT_EQ(kept.counters.num_dropped_webs, 0u);
   EXPECT_GT(cleaned.counters.num_dropped_webs, 0u);
@@ -302,11 +302,12 @@ void ExpectWebsDropped(bool with_normals, double VisibilityMesherOptions::*facto
 }
 
 TEST(VisibilityMesher, NormalsTellWebs) {
-  ExpectWebsDropped(true, &VisibilityMesherOptions::normal_check_factor);
+  ExpectWebsDropped(true, &VisibilityMesherOptions::normal_check_factor, 2);
+  ExpectWebsDropped(true, &VisibilityMesherOptions::max_web_factor, 4);
 }
 
 TEST(VisibilityMesher, LinesOfSightTellWebsWithoutNormals) {
-  ExpectWebsDropped(false, &VisibilityMesherOptions::max_depth_extent_factor);
+  ExpectWebsDropped(false, &VisibilityMesherOptions::max_web_factor, 20);
 }
 
 TEST(VisibilityMesher, VertexViewsFitTheMesh) {
