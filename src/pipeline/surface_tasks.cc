@@ -1,26 +1,26 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/pipeline/reconstruction.h"
 #include "lsmvs/pipeline/task_inputs.h"
+#include "lsmvs/surface/memory_model.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
 
 namespace {
 
-constexpr const char* kSurfaceVersion = "4";
+constexpr const char* kSurfaceVersion = "5";
 constexpr const char* kRefinementVersion = "2";
 
 // Before there is a cloud: points that fusion makes of a pixel, and views of a point; measured on
 // scenes of 8 to 24 photos.
-constexpr double kPointsPerPixel = 0.2;
+constexpr double kPointsPerPixel = 0.25;
 constexpr double kViewsPerPoint = 4;
-// Vertices of a visibility mesh for each point of its cloud, and faces a vertex.
-constexpr double kVerticesPerPoint = 0.35;
-constexpr double kFacesPerVertex = 2;
+constexpr size_t kFacesPerVertex = 2;
 
 // Nothing if there is no such file or it is not a PLY file: whoever reads it will say so.
 std::optional<size_t> ElementCount(const std::filesystem::path& path, const std::string& element) {
@@ -42,9 +42,9 @@ size_t ExpectedPoints(const Reconstruction& reconstruction, const std::filesyste
 
 size_t ExpectedFaces(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {
   if (const auto count = ElementCount(mesh, "face")) return *count;
-  return static_cast<size_t>(
-      kFacesPerVertex * kVerticesPerPoint *
-      static_cast<double>(ExpectedPoints(reconstruction, reconstruction.files->CloudFile())));
+  return kFacesPerVertex * EstimateVisibilityMesherVertices(
+                               ExpectedPoints(reconstruction, reconstruction.files->CloudFile()),
+                               NumPixels(reconstruction), reconstruction.options.surface);
 }
 
 // Points inside the box, which is in the world of the files.
@@ -73,8 +73,11 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   const Eigen::Vector3d& offset = reconstruction.scene.world_offset;
   if (!options.bounding_box.isEmpty()) cloud = Crop(cloud, options.bounding_box, offset);
   const size_t num_points = cloud.size();
+  RunContext context = run.context;  // whose budget is for the cloud, too
+  const MeshingSize size{.num_points = cloud.size(), .num_view_entries = cloud.view_idxs.size()};
+  context.memory_budget_bytes -= std::min(context.memory_budget_bytes, size.CloudBytes());
   const VisibilityMesherResult result =
-      MeshVisibilityCloud(reconstruction.scene, std::move(cloud), options.surface, run.context);
+      MeshVisibilityCloud(reconstruction.scene, std::move(cloud), options.surface, context);
   if (result.mesh.empty()) {
     throw InputError(cloud_path.string(), "gives no surface: " + result.message,
                      "check that the points and their views belong to this model");
@@ -134,7 +137,7 @@ Task MakeSurfaceTask(const ReconstructionPtr& reconstruction, const std::filesys
   const size_t num_points = ExpectedPoints(*reconstruction, cloud);
   task.cost = EstimateVisibilityMesherCost(
       num_points, static_cast<size_t>(kViewsPerPoint * static_cast<double>(num_points)),
-      reconstruction->options.surface);
+      NumPixels(*reconstruction), reconstruction->options.surface);
   task.run = [=](const TaskRun& run) {
     VisibilityCloud points = reconstruction->files->ReadCloud(cloud, reconstruction->scene);
     return MeshCloud(*reconstruction, std::move(points), cloud, run);
@@ -146,9 +149,10 @@ Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
                            const std::filesystem::path& mesh) {
   Task task = SurfaceTask(*reconstruction, mesh);
   task.options += "input_type=sparse\n";
-  task.cost = EstimateVisibilityMesherCost(reconstruction->scene.points.size(),
-                                           4 * reconstruction->scene.points.size(),
-                                           reconstruction->options.surface);
+  const size_t num_points = reconstruction->scene.points.size();
+  task.cost =
+      EstimateVisibilityMesherCost(num_points, static_cast<size_t>(kViewsPerPoint) * num_points,
+                                   NumPixels(*reconstruction), reconstruction->options.surface);
   task.run = [=](const TaskRun& run) {
     return MeshCloud(*reconstruction, SparseCloud(reconstruction->scene),
                      reconstruction->files->PointsFile(), run);

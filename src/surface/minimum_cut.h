@@ -42,9 +42,11 @@ struct CutNode {
 // up, or are relabelled.
 //   A. Goldberg, S. Hed, H. Kaplan, R. Tarjan, R. Werneck: Maximum flows by incremental
 //   breadth-first search, ESA 2011.
-// Deviation: four arcs a node make lists of children and current arcs superfluous. O(n^2 m) at
-// worst, near linear on the graphs that visibility makes. Memory: the nodes, and about 8 bytes a
-// node for the frontiers. `Node` is CutNode or derived from it. Throws CancelledError.
+// Deviations: four arcs a node make lists of children and current arcs superfluous; of what falls
+// off a tree, each node is given its new level once, as by a breadth-first search from what is
+// left. O(n^2 m) at worst, near linear on the graphs that visibility makes. Memory: the nodes, and
+// about 8 bytes a node for the frontiers. `Node` is CutNode or derived from it. Throws
+// CancelledError.
 template <class Node>
 int64_t MaximizeFlow(std::vector<Node>* nodes, const RunContext& context);
 

@@ -2,10 +2,41 @@
 
 #include <algorithm>
 #include <limits>
+#include <vector>
 
 #include "lsmvs/surface/minimum_cut.h"
 
 namespace lsmvs::internal {
+
+// Nodes that wait to be handled in ascending order of their levels, first come first served within
+// one.
+class NodesByLevel {
+ public:
+  void Add(int32_t level, int32_t node) {
+    const auto at = static_cast<size_t>(level);
+    if (at >= nodes_.size()) nodes_.resize(at + 1);
+    nodes_[at].push_back(node);
+    lowest_ = std::min(lowest_, at);
+    highest_ = std::max(highest_, at);
+  }
+
+  // Calls handle(node, level) for all, and for those of this level or above that it adds meanwhile.
+  template <class Handle>
+  void Drain(const Handle& handle) {
+    for (size_t level = lowest_; level <= highest_; ++level) {
+      for (size_t k = 0; k < nodes_[level].size(); ++k) {
+        handle(nodes_[level][k], static_cast<int32_t>(level));
+      }
+      nodes_[level].clear();
+    }
+    lowest_ = std::numeric_limits<size_t>::max();
+    highest_ = 0;
+  }
+
+ private:
+  std::vector<std::vector<int32_t>> nodes_;
+  size_t lowest_ = std::numeric_limits<size_t>::max(), highest_ = 0;
+};
 
 // See MaximizeFlow. The tree of the source is side +1, that of the sink side -1: a node's side is
 // the sign of its distance, its level the absolute value; 0 is free.
@@ -17,13 +48,10 @@ class BreadthFirstFlow {
 
   int64_t Run() {
     Plant();
-    // The smaller frontier grows. When the source's tree cannot grow, what it holds is the source's
-    // side.
+    // When the source's tree cannot grow, what it holds is the source's side.
     while (!frontier_[kSource].empty()) {
       context_.ThrowIfCancelled();
-      const bool sink =
-          !frontier_[kSink].empty() && frontier_[kSink].size() < frontier_[kSource].size();
-      if (sink) {
+      if (SinkGrows()) {
         Grow<-1>();
       } else {
         Grow<1>();
@@ -37,6 +65,15 @@ class BreadthFirstFlow {
   static constexpr uint8_t kTerminal = 4, kOrphan = 5;
   static constexpr int kSource = 0, kSink = 1;
   static constexpr int TreeOf(int side) { return side > 0 ? kSource : kSink; }
+
+  // The smaller frontier grows; but a tree much deeper than the other waits: where little flow is
+  // left and ways are long, what hangs on a node that is cut off goes with the square of the depth.
+  bool SinkGrows() const {
+    if (frontier_[kSink].empty()) return false;
+    if (level_[kSink] < level_[kSource]) return true;
+    return frontier_[kSink].size() < frontier_[kSource].size() &&
+           level_[kSink] < 2 * level_[kSource] + 14;
+  }
 
   void Plant() {
     for (size_t x = 0; x < nodes_.size(); ++x) {
@@ -146,59 +183,94 @@ class BreadthFirstFlow {
   template <int side>
   void MakeOrphan(int32_t x) {
     nodes_[x].parent = kOrphan;
-    const size_t level = static_cast<size_t>(side * nodes_[x].distance);
-    if (level >= orphans_.size()) orphans_.resize(level + 1);
-    orphans_[level].push_back(x);
-    lowest_ = std::min(lowest_, level);
-    highest_ = std::max(highest_, level);
+    orphans_.Add(side * nodes_[x].distance, x);
   }
 
-  // Finds parents for the orphans of one tree, nearest to the root first.
+  // Finds parents for the orphans of one tree. First, nearest to the root first, those that have
+  // another neighbour one level up keep their level; the others are lost, with what hung on them.
+  // Then the lost get their new levels from those that were not, nearest to the root first: each
+  // once, however much of the tree fell off.
   template <int side>
   void Adopt() {
-    for (size_t level = lowest_; level <= highest_; ++level) {
-      for (size_t k = 0; k < orphans_[level].size(); ++k) FindParent<side>(orphans_[level][k]);
-      orphans_[level].clear();
+    lost_.clear();
+    orphans_.Drain([&](int32_t x, int32_t level) {
+      if (!FindParent<side>(x, level - 1)) Lose<side>(x);
+    });
+    for (const int32_t x : lost_) {
+      if (const int32_t level = LevelOf<side>(x); level > 0) relabelled_.Add(level, x);
     }
-    lowest_ = std::numeric_limits<size_t>::max();
-    highest_ = 0;
+    relabelled_.Drain([&](int32_t x, int32_t level) {
+      if (nodes_[x].distance == 0) Relabel<side>(x, level);
+    });
+  }
+
+  // The i-th neighbour of x, if it is in the tree of `side` and could be a parent: its level; else
+  // 0.
+  template <int side>
+  int32_t LevelOfParent(const Node& x, int i) const {
+    const int32_t y = x.neighbor[i];
+    if (y < 0) return 0;
+    const Node& other = nodes_[y];
+    const int32_t inward = side > 0 ? other.capacity[x.Reverse(i)] : x.capacity[i];
+    return inward > 0 ? std::max(0, side * other.distance) : 0;
   }
 
   template <int side>
-  void FindParent(int32_t x) {
-    constexpr int tree = TreeOf(side);
+  bool FindParent(int32_t x, int32_t level) {
+    if (level == 0) return false;
     Node& node = nodes_[x];
-    const int32_t level = side * node.distance;
-    const int32_t limit = level_[tree] + (growing_ == tree ? 1 : 0);
-    int32_t best_level = limit;  // a parent's level must be below
-    int best = -1;
+    for (uint8_t i = 0; i < 4; ++i) {
+      if (LevelOfParent<side>(node, i) != level) continue;
+      node.parent = i;
+      return true;
+    }
+    return false;
+  }
+
+  template <int side>
+  void Lose(int32_t x) {
+    DisownChildren<side>(x);
+    nodes_[x].distance = 0;
+    nodes_[x].parent = kTerminal;
+    lost_.push_back(x);
+  }
+
+  // One below the best parent of a lost node, or 0 if there is none within the tree's levels.
+  template <int side>
+  int32_t LevelOf(int32_t x) const {
+    int32_t best = std::numeric_limits<int32_t>::max();
     for (int i = 0; i < 4; ++i) {
-      const int32_t y = node.neighbor[i];
-      if (y < 0) continue;
-      const Node& other = nodes_[y];
-      const int32_t other_level = side * other.distance;
-      if (other_level <= 0 || other_level >= best_level) continue;
-      const int32_t inward = side > 0 ? other.capacity[node.Reverse(i)] : node.capacity[i];
-      if (inward == 0) continue;
-      best_level = other_level;
-      best = i;
-      if (other_level == level - 1) {
-        node.parent = static_cast<uint8_t>(i);
-        return;
+      if (const int32_t level = LevelOfParent<side>(nodes_[x], i); level > 0) {
+        best = std::min(best, level);
       }
     }
-    DisownChildren<side>(x);
-    if (best < 0) {
-      node.distance = 0;
-      node.parent = kTerminal;
-      return;
-    }
-    node.parent = static_cast<uint8_t>(best);
-    node.distance = side * (best_level + 1);
-    if (best_level + 1 == level_[tree]) {
+    return best < Limit<side>() ? best + 1 : 0;
+  }
+
+  // Levels of the tree that are complete, or being made.
+  template <int side>
+  int32_t Limit() const {
+    constexpr int tree = TreeOf(side);
+    return level_[tree] + (growing_ == tree ? 1 : 0);
+  }
+
+  template <int side>
+  void Relabel(int32_t x, int32_t level) {
+    constexpr int tree = TreeOf(side);
+    FindParent<side>(x, level - 1);
+    Node& node = nodes_[x];
+    node.distance = side * level;
+    if (level == level_[tree]) {
       frontier_[tree].push_back(x);
-    } else if (best_level + 1 == level_[tree] + 1) {
+    } else if (level == level_[tree] + 1) {
       next_[tree].push_back(x);
+    }
+    if (level >= Limit<side>()) return;
+    for (int i = 0; i < 4; ++i) {
+      const int32_t y = node.neighbor[i];
+      if (y >= 0 && nodes_[y].distance == 0 && Outward<side>(node, i, nodes_[y]) > 0) {
+        relabelled_.Add(level + 1, y);
+      }
     }
   }
 
@@ -219,8 +291,8 @@ class BreadthFirstFlow {
       next_[2];  // nodes of the level that grows next, and of the one after
   int32_t level_[2] = {1, 1};
   int growing_ = -1;
-  std::vector<std::vector<int32_t>> orphans_;  // by level
-  size_t lowest_ = std::numeric_limits<size_t>::max(), highest_ = 0;
+  NodesByLevel orphans_, relabelled_;
+  std::vector<int32_t> lost_;
   int64_t flow_ = 0;
 };
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "lsmvs/surface/memory_model.h"
 #include "lsmvs/surface/visibility_mesher.h"
 
 namespace lsmvs {
@@ -33,11 +34,12 @@ void VisibilityMesherOptions::Describe(OptionSet* options) {
       "Facets with an edge longer than this times the usual edge length are dropped; 0 keeps "
       "all",
       {0, 1e6});
-  options->Add(group + "max_web_factor", &max_web_factor,
-               "Facets that are long, deep along all lines of sight and against the points' normals "
-               "are dropped, sooner where few views saw a corner; raising it closes more of what "
-               "nobody saw; 0 keeps all",
-               {0, 1e6});
+  options->Add(
+      group + "max_web_factor", &max_web_factor,
+      "Facets that are long, deep along all lines of sight and against the points' normals "
+      "are dropped, sooner where few views saw a corner; raising it closes more of what "
+      "nobody saw; 0 keeps all",
+      {0, 1e6});
   options->Add(group + "normal_check_factor", &normal_check_factor,
                "Facets with an edge longer than this times the usual edge length (less where few "
                "views saw them and many points are false) must agree with the points' normals; "
@@ -60,15 +62,30 @@ void VisibilityMesherOptions::Describe(OptionSet* options) {
                "Steps of volume-preserving smoothing after the cut; 0 is off", {0, 1000});
 }
 
+size_t EstimateVisibilityMesherVertices(size_t num_points, double num_pixels,
+                                        const VisibilityMesherOptions& options) {
+  // Each part of the surface is in so many photos; measured on clouds of 8 to 24 photos.
+  constexpr double kOverlap = 9;
+  const double spacing = std::max(options.max_proj_dist, 1e-3);
+  return static_cast<size_t>(
+      std::min(static_cast<double>(num_points), num_pixels / (kOverlap * spacing * spacing)));
+}
+
 CostEstimate EstimateVisibilityMesherCost(size_t num_points, size_t num_view_entries,
+                                          double num_pixels,
                                           const VisibilityMesherOptions& options) {
-  (void)options;
-  const double points = static_cast<double>(num_points);
-  const double vertices = 0.34 * points;
+  constexpr size_t kSightsPerVertex = 7;
+  MeshingSize size;
+  size.num_points = num_points;
+  size.num_view_entries = num_view_entries;
+  size.num_vertices = EstimateVisibilityMesherVertices(num_points, num_pixels, options);
+  size.num_sights = kSightsPerVertex * size.num_vertices;
+  size.num_threads = RunContext().num_threads();
   CostEstimate estimate;
-  estimate.cpu_seconds =
-      1e-6 * points + 12e-6 * vertices + 1e-6 * static_cast<double>(num_view_entries);
-  estimate.peak_bytes = static_cast<size_t>(16 * points + 700 * vertices);
+  // Microseconds: reading and merging a point; tetrahedra, rays, cut and cleaning of a vertex.
+  estimate.cpu_seconds = 1e-6 * (1.6 * static_cast<double>(num_points) +
+                                 30.0 * static_cast<double>(size.num_vertices));
+  estimate.peak_bytes = size.CloudBytes() + size.PeakBytes();
   return estimate;
 }
 

@@ -163,8 +163,8 @@ class Cleaner {
     double least = 1;
     for (const int v : face) {
       const Eigen::Vector3f& measured = cloud_.normals[vertex_point_[v]];
-      least = std::min(least, measured.isZero(0.0f) ? kUnknownCosine
-                                                    : measured.cast<double>().dot(normal));
+      least = std::min(
+          least, measured.isZero(0.0f) ? kUnknownCosine : measured.cast<double>().dot(normal));
     }
     return least;
   }
@@ -271,7 +271,7 @@ class Cleaner {
   const double least_cosine_ = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
   std::vector<double> pixel_size_;  // by mesh vertex
   double usual_pixels_ = 0;         // length of the surface's edges
-  double false_share_ = 0;  // of the cloud's vertices
+  double false_share_ = 0;          // of the cloud's vertices
   std::vector<double> local_length_;
   SurfaceCleaningCounters counters_;
 };

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "lsmvs/surface/cell_complex.h"
+#include "lsmvs/surface/memory_model.h"
 #include "lsmvs/surface/minimum_cut.h"
 #include "lsmvs/surface/point_merging.h"
 #include "lsmvs/surface/surface_cleaning.h"
@@ -26,6 +28,10 @@ class Mesher {
          const RunContext& context)
       : scene_(scene), cloud_(std::move(cloud)), options_(options), context_(context) {
     result_.counters.num_points = cloud_.size();
+    size_.num_points = cloud_.size();
+    size_.num_view_entries = cloud_.view_idxs.size();
+    size_.num_threads = context.num_threads();
+    CheckBudget(size_.MergingBytes());
     ResetPeakResidentBytes();
     bytes_before_ = PeakResidentBytes();
   }
@@ -69,7 +75,27 @@ class Mesher {
     merged_ = MergePoints(scene_, cloud_, merging, context);
     cloud_ = {};
     result_.counters.num_ignored_points = merged_.num_ignored_points;
-    result_.counters.num_vertices = merged_.positions.size();
+    result_.counters.num_vertices = size_.num_vertices = merged_.positions.size();
+    size_.num_sights = merged_.sights.size();
+    result_.predicted_peak_bytes = size_.PeakBytes();
+    CheckBudget(result_.predicted_peak_bytes);
+  }
+
+  void CheckBudget(size_t bytes) const {
+    if (bytes <= context_.memory_budget_bytes) return;
+    constexpr double kMegabyte = 1 << 20;
+    const double need = static_cast<double>(bytes),
+                 allowed = static_cast<double>(context_.memory_budget_bytes);
+    // The number of vertices goes with the square of their distance.
+    const std::string advice =
+        size_.num_vertices == 0
+            ? "give a smaller cloud or --bounding_box"
+            : fmt::format("set --VisibilityMeshing.max_proj_dist to {:.1f}",
+                          std::ceil(12 * options_.max_proj_dist * std::sqrt(need / allowed)) / 10);
+    throw MemoryError(
+        fmt::format("the surface of {} points needs about {:.0f} MB and {:.0f} MB are allowed; "
+                    "raise --max_memory or {}",
+                    size_.num_points, need / kMegabyte, allowed / kMegabyte, advice));
   }
 
   void Weigh(const RunContext& context) {
@@ -98,11 +124,11 @@ class Mesher {
 
   void Clean() {
     const SurfaceCleaningOptions cleaning{
-        options_.max_side_length_factor,  options_.max_side_length_percentile,
-        options_.max_web_factor,          options_.normal_check_factor,
-        options_.max_normal_angle_deg,    options_.visibility_sigma,
-        options_.min_component_fraction,  options_.min_component_faces,
-        options_.max_hole_edges,          options_.smoothing_iterations};
+        options_.max_side_length_factor, options_.max_side_length_percentile,
+        options_.max_web_factor,         options_.normal_check_factor,
+        options_.max_normal_angle_deg,   options_.visibility_sigma,
+        options_.min_component_fraction, options_.min_component_faces,
+        options_.max_hole_edges,         options_.smoothing_iterations};
     const SurfaceCleaningCounters counters =
         CleanSurface(scene_, merged_, cleaning, context_, &surface_);
     result_.counters.num_dropped_facets = counters.num_dropped_facets;
@@ -136,18 +162,8 @@ class Mesher {
                                   mesh.faces.size(), result_.counters.num_points);
     result_.mesh = std::move(mesh);
     result_.measured_peak_bytes = PeakResidentBytes() - bytes_before_;
-    result_.predicted_peak_bytes = PredictBytes();
     context_.Report(1);
     return std::move(result_);
-  }
-
-  // Of what was found: the cells (64 bytes, those in reserve, and the frontiers of the cut), per
-  // vertex what merging keeps, the sights; while merging, what is kept of the points.
-  size_t PredictBytes() const {
-    const VisibilityMesherCounters& counters = result_.counters;
-    const size_t cutting =
-        80 * counters.num_cells + 96 * counters.num_vertices + sizeof(Sight) * counters.num_rays;
-    return std::max(cutting, 40 * counters.num_points);
   }
 
   const Scene& scene_;
@@ -158,18 +174,9 @@ class Mesher {
   CellComplex complex_;
   ExtractedSurface surface_;
   VisibilityMesherResult result_;
+  MeshingSize size_;
   size_t bytes_before_ = 0;
 };
-
-void CheckBudget(const CostEstimate& estimate, const RunContext& context) {
-  if (estimate.peak_bytes <= context.memory_budget_bytes) return;
-  constexpr double kMegabyte = 1 << 20;
-  throw MemoryError(fmt::format(
-      "the surface needs about {:.0f} MB and {:.0f} MB are allowed; raise --max_memory or "
-      "--VisibilityMeshing.max_proj_dist",
-      static_cast<double>(estimate.peak_bytes) / kMegabyte,
-      static_cast<double>(context.memory_budget_bytes) / kMegabyte));
-}
 
 }  // namespace
 
@@ -178,7 +185,6 @@ VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, VisibilityCloud c
                                            const RunContext& context) {
   if (std::string error; !options.Check(&error)) throw UsageError(error);
   cloud.CheckConsistent(scene.views.size());
-  CheckBudget(EstimateVisibilityMesherCost(cloud.size(), cloud.view_idxs.size(), options), context);
   return Mesher(scene, std::move(cloud), options, context).Run();
 }
 

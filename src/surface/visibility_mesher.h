@@ -108,7 +108,7 @@ struct VisibilityMesherResult {
   std::string message;  // one line: what was made, or why nothing
   VisibilityMesherCounters counters;
   std::vector<std::pair<std::string, double>> seconds;  // wall time of each phase, in order
-  size_t predicted_peak_bytes = 0;  // of EstimateVisibilityMesherCost, for what was found
+  size_t predicted_peak_bytes = 0;  // MeshingSize::PeakBytes of the merged points
   size_t measured_peak_bytes = 0;   // growth of this process while meshing
 };
 
@@ -128,18 +128,25 @@ struct VisibilityMesherResult {
 // any number of threads; independent of the scene's unit, position and orientation up to the
 // rounding of the float input.
 //
-// Throws UsageError for options out of range, MemoryError if the estimate exceeds
-// context.memory_budget_bytes, CancelledError. Nothing to mesh is a status, not an error. Memory
-// about 0.7 kB a vertex at the peak, beside the cloud; time about O(n log n), see
-// EstimateVisibilityMesherCost.
+// The cloud is freed as soon as its points are merged.
+//
+// Throws UsageError for options out of range; MemoryError if what merging, or then the merged
+// points, need exceeds context.memory_budget_bytes; CancelledError. Nothing to mesh is a status,
+// not an error. Memory: see MeshingSize, about 0.6 kB a vertex of the tetrahedralisation; time
+// about O(n log n), see EstimateVisibilityMesherCost.
 VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, VisibilityCloud cloud,
                                            const VisibilityMesherOptions& options,
                                            const RunContext& context);
 
-// For a cloud of `num_points` with `num_view_entries` (point, view) pairs: an upper estimate, as if
-// the share of points that merge were that of a typical dense cloud (two in three at the default
-// max_proj_dist).
+// Of the tetrahedralisation of `num_points`, of photos with `num_pixels` in all: what photos that
+// overlap as usual leave of one vertex for each max_proj_dist pixels.
+size_t EstimateVisibilityMesherVertices(size_t num_points, double num_pixels,
+                                        const VisibilityMesherOptions& options);
+
+// With all cores, for a cloud with `num_view_entries` (point, view) pairs. Memory includes the
+// cloud.
 CostEstimate EstimateVisibilityMesherCost(size_t num_points, size_t num_view_entries,
+                                          double num_pixels,
                                           const VisibilityMesherOptions& options);
 
 }  // namespace lsmvs

@@ -54,7 +54,7 @@ void BM_Insertion(benchmark::State& state) {
 BENCHMARK(BM_Insertion)->Arg(50000)->Arg(200000)->Unit(benchmark::kMillisecond);
 
 void BM_RayWalk(benchmark::State& state) {
-  const BenchCloud bench(state.range(0));
+  const BenchCloud bench(state.range(0), 0.25);
   const MergedCloud merged = bench.Merge();
   const CellComplex complex = BuildDelaunay(merged.positions);
   size_t num_crossings = 0;
@@ -68,8 +68,9 @@ void BM_RayWalk(benchmark::State& state) {
 }
 BENCHMARK(BM_RayWalk)->Arg(50000)->Arg(200000)->Unit(benchmark::kMillisecond);
 
+// Noise of a quarter of the points' distance, and as large as it.
 void BM_Cut(benchmark::State& state) {
-  const BenchCloud bench(state.range(0));
+  const BenchCloud bench(state.range(0), 0.25 * static_cast<double>(state.range(1)));
   const MergedCloud merged = bench.Merge();
   CellComplex complex = BuildDelaunay(merged.positions);
   WeighCells(bench.scene.scene, merged, {}, kContext, &complex);
@@ -81,7 +82,11 @@ void BM_Cut(benchmark::State& state) {
   }
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(complex.cells.size()));
 }
-BENCHMARK(BM_Cut)->Arg(50000)->Arg(200000)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_Cut)
+    ->Args({50000, 1})
+    ->Args({200000, 1})
+    ->Args({200000, 4})
+    ->Unit(benchmark::kMillisecond);
 
 // The whole stage on noise of a quarter of the points' distance, which is what merging at 2.35
 // pixels leaves of stereo's: how time and memory grow with the number of vertices.
@@ -105,12 +110,8 @@ void BM_Mesh(benchmark::State& state) {
   state.counters["crossings"] = static_cast<double>(result.counters.num_crossings) / num_vertices;
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(num_vertices));
 }
-BENCHMARK(BM_Mesh)
-    ->Arg(250000)
-    ->Arg(1000000)
-    ->Arg(4000000)
-    ->Iterations(1)
-    ->Unit(benchmark::kSecond);
+BENCHMARK(BM_Mesh)->Arg(250000)->Arg(1000000)->Arg(4000000)->Iterations(1)->Unit(
+    benchmark::kSecond);
 
 }  // namespace
 }  // namespace lsmvs

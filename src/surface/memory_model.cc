@@ -1,0 +1,47 @@
+#include "lsmvs/surface/memory_model.h"
+
+#include <algorithm>
+
+#include "lsmvs/surface/cell_complex.h"
+#include "lsmvs/surface/point_merging.h"
+
+namespace lsmvs {
+
+namespace {
+
+// Of a Delaunay complex of points near a surface.
+constexpr size_t kCellsPer100Vertices = 675;
+constexpr size_t kFacetsPerVertex = 2;
+
+}  // namespace
+
+size_t MeshingSize::CloudBytes() const {
+  constexpr size_t kPerPoint = 2 * sizeof(float[3]) + sizeof(Color) + sizeof(uint64_t);
+  return kPerPoint * num_points + sizeof(uint32_t) * num_view_entries;
+}
+
+size_t MeshingSize::MergingBytes() const {
+  constexpr size_t kReach = 20, kIndices = 2 * sizeof(uint32_t);
+  constexpr size_t kGridPerVertex = 40;  // position, first point, entry of the grid
+  return (kReach + kIndices) * num_points + kGridPerVertex * num_vertices;
+}
+
+size_t MeshingSize::CuttingBytes() const {
+  const size_t num_cells = num_vertices * kCellsPer100Vertices / 100;
+  // Position, incident cell; first point, normal, colour, begin of the sights.
+  constexpr size_t kPerVertex = 12 + 4 + 4 + 12 + 3 + 8;
+  // The walkers' positions and sigmas, and the cells' steps of one view in each thread; or facets.
+  constexpr size_t kWalkerPerVertex = 20, kStepPerCell = 4, kFacet = 36;
+  const size_t walking = kWalkerPerVertex * num_vertices +
+                         kStepPerCell * num_cells * static_cast<size_t>(num_threads);
+  const size_t extracting = kFacet * kFacetsPerVertex * num_vertices;
+  return sizeof(Cell) * num_cells + kPerVertex * num_vertices + sizeof(Sight) * num_sights +
+         std::max(walking, extracting);
+}
+
+size_t MeshingSize::PeakBytes() const {
+  const size_t cutting = CuttingBytes(), cloud = CloudBytes();
+  return std::max(MergingBytes(), cutting > cloud ? cutting - cloud : 0);
+}
+
+}  // namespace lsmvs
