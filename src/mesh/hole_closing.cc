@@ -3,6 +3,7 @@
 #include <limits>
 #include <utility>
 
+#include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/repair.h"
 
 namespace lsmvs {
@@ -93,21 +94,46 @@ class LoopFiller {
   std::vector<int> apex_;
 };
 
+// Drops the patches of new faces that pass through others; patch_begin[i] is the first face of the
+// i-th, its back the number of faces. Of two patches that cross, the later goes. Returns the number
+// dropped.
+size_t DropCrossingPatches(const std::vector<size_t>& patch_begin, const RunContext& context,
+                           TriangleMesh* mesh) {
+  const size_t first_new = patch_begin.front(), num_patches = patch_begin.size() - 1;
+  if (first_new == mesh->faces.size()) return 0;
+  std::vector<uint8_t> is_new(mesh->faces.size(), 0);
+  std::fill(is_new.begin() + static_cast<std::ptrdiff_t>(first_new), is_new.end(), uint8_t{1});
+  const auto patch_of = [&](size_t f) {
+    const auto after = std::upper_bound(patch_begin.begin(), patch_begin.end(), f);
+    return static_cast<size_t>(after - patch_begin.begin()) - 1;
+  };
+  std::vector<uint8_t> crosses(num_patches, 0);
+  const FaceGrid grid(mesh->vertices, mesh->faces);
+  for (const auto& [other, face] : grid.CrossingPairs(is_new, context)) {
+    crosses[patch_of(static_cast<size_t>(face))] = 1;  // the higher index: a new face
+  }
+  FilterFaces(mesh, [&](size_t f) { return f < first_new || !crosses[patch_of(f)]; });
+  return static_cast<size_t>(std::count(crosses.begin(), crosses.end(), 1));
+}
+
 }  // namespace
 
-size_t CloseHoles(const HoleClosingOptions& options, TriangleMesh* mesh) {
+size_t CloseHoles(const HoleClosingOptions& options, const RunContext& context,
+                  TriangleMesh* mesh) {
   std::vector<std::vector<int>> loops = FindBorderLoops(*mesh);
   std::erase_if(loops, [&](const std::vector<int>& loop) {
     return loop.size() < 3 || loop.size() > static_cast<size_t>(options.max_num_edges);
   });
   const std::vector<Edge> edges = EdgesAmong(*mesh, loops);
-  size_t num_closed = 0;
+  std::vector<size_t> patch_begin = {mesh->faces.size()};
   for (const std::vector<int>& loop : loops) {
     const std::vector<Eigen::Vector3i> faces = LoopFiller(*mesh, loop, edges, options).Run();
+    if (faces.empty()) continue;
     mesh->faces.insert(mesh->faces.end(), faces.begin(), faces.end());
-    num_closed += !faces.empty();
+    patch_begin.push_back(mesh->faces.size());
   }
-  return num_closed;
+  const size_t num_crossing = DropCrossingPatches(patch_begin, context, mesh);
+  return patch_begin.size() - 1 - num_crossing;
 }
 
 }  // namespace lsmvs

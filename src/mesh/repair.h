@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "lsmvs/mesh/triangle_mesh.h"
+#include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
 
@@ -40,8 +41,8 @@ struct HoleClosingOptions {
 
 // Closes small holes by triangles between the vertices of their borders, of least total area. A
 // hole stays open if every way to close it would repeat an edge of the mesh or need a face that
-// is not accepted. Adds no vertices. Returns the number of closed holes. O(h^3) for a hole of h
-// edges.
-size_t CloseHoles(const HoleClosingOptions& options, TriangleMesh* mesh);
+// is not accepted, or if the best way passes through other faces. Adds no vertices. Returns the
+// number of closed holes. O(h^3) for a hole of h edges, and O(F) for looking for crossings.
+size_t CloseHoles(const HoleClosingOptions& options, const RunContext& context, TriangleMesh* mesh);
 
 }  // namespace lsmvs

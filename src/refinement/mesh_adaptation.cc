@@ -1,7 +1,7 @@
 #include "lsmvs/refinement/mesh_adaptation.h"
 
+#include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/remesher.h"
-#include "lsmvs/refinement/step_collisions.h"
 
 namespace lsmvs {
 

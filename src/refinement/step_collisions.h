@@ -2,75 +2,12 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
-
-// Faces by the cells of a grid that their bounding boxes touch: which faces may meet.
-class FaceGrid {
- public:
-  // Cells are twice the mean edge long. O(#F); 24 bytes a face, and 8 bytes a face and cell that it
-  // touches.
-  // Where there is a `before`, vertices may later return to their places there.
-  FaceGrid(std::span<const Eigen::Vector3d> vertices, std::span<const Eigen::Vector3i> faces,
-           std::span<const Eigen::Vector3d> before = {});
-
-  // Pairs of faces (lower index first, ascending) that cross each other and of which at least one
-  // has `moved[f]`. Faces that share an edge are not looked at: they meet there. Of faces that
-  // share a vertex, the edge opposite of it may cross the other face.
-  std::vector<std::pair<int32_t, int32_t>> CrossingPairs(const std::vector<uint8_t>& moved,
-                                                         const RunContext& context) const;
-
- private:
-  using Cell = Eigen::Array3i;
-  using Pairs = std::vector<std::pair<int32_t, int32_t>>;
-  struct Box {
-    Eigen::Array3f min, max;
-    bool Meets(const Box& other) const {
-      bool meets = true;
-      for (int k = 0; k < 3; ++k) meets &= (min[k] <= other.max[k]) & (other.min[k] <= max[k]);
-      return meets;
-    }
-  };
-  struct Cells {
-    Cell low, high;  // inclusive
-  };
-
-  Box BoxOf(const Eigen::Vector3i& face) const;
-  Cells CellsOf(const Box& box) const;
-  // Calls visit(bucket) for each cell that a box touches.
-  template <class Visit>
-  void ForBuckets(const Box& box, const Visit& visit) const;
-  size_t BucketOf(const Cell& cell) const;
-  // Of the cells that both faces touch, if there are any: so that a pair is looked at once.
-  size_t FirstCommonBucket(int32_t a, int32_t b) const;
-  bool MayCross(int32_t a, int32_t b) const;
-  bool Cross(int32_t a, int32_t b) const;
-  // By looking into every cell, or at the cells of every moved face.
-  Pairs PairsOfBuckets(const std::vector<uint8_t>& moved, const RunContext& context) const;
-  Pairs PairsOfFaces(const std::vector<uint8_t>& moved, const RunContext& context) const;
-  static Pairs Joined(const std::vector<Pairs>& blocks);
-
-  std::span<const Eigen::Vector3d> vertices_, before_;
-  std::span<const Eigen::Vector3i> faces_;
-  Eigen::Vector3d origin_;
-  float cells_per_length_ = 0;
-  int bucket_shift_ = 0;
-  std::vector<Box> boxes_;  // #F, relative to the origin
-  // Cells share buckets by a hash: the faces of bucket k are members_[begins_[k] .. begins_[k +
-  // 1]), ascending; a face is in a bucket once for each of its cells there.
-  std::vector<uint32_t> begins_;
-  std::vector<int32_t> members_;
-};
-
-// Whether two faces cross: an edge of one passes through the inside of the other. Faces that only
-// touch, or lie in one plane, do not cross.
-bool FacesCross(std::span<const Eigen::Vector3d> vertices, const Eigen::Vector3i& a,
-                const Eigen::Vector3i& b);
 
 // Takes a step back where it makes the surface pass through itself: vertices of faces that cross
 // after the step and did not before return to their position `before`, then those of faces that

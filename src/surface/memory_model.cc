@@ -32,8 +32,8 @@ size_t MeshingSize::CuttingBytes() const {
   constexpr size_t kPerVertex = 12 + 4 + 4 + 12 + 3 + 8;
   // The walkers' positions and sigmas, and the cells' steps of one view in each thread; or facets.
   constexpr size_t kWalkerPerVertex = 20, kStepPerCell = 4, kFacet = 36;
-  const size_t walking = kWalkerPerVertex * num_vertices +
-                         kStepPerCell * num_cells * static_cast<size_t>(num_threads);
+  const size_t walking =
+      kWalkerPerVertex * num_vertices + kStepPerCell * num_cells * static_cast<size_t>(num_threads);
   const size_t extracting = kFacet * kFacetsPerVertex * num_vertices;
   return sizeof(Cell) * num_cells + kPerVertex * num_vertices + sizeof(Sight) * num_sights +
          std::max(walking, extracting);

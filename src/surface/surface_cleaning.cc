@@ -245,7 +245,7 @@ class Cleaner {
     closing.accept = [&](const Eigen::Vector3i& face) {
       return (options_.max_side_length_factor <= 0 || !TooLong(face)) && !IsWeb(face);
     };
-    counters_.num_closed_holes = CloseHoles(closing, &mesh_);
+    counters_.num_closed_holes = CloseHoles(closing, context_, &mesh_);
   }
 
   void SetColors() {

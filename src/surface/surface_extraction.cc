@@ -1,7 +1,9 @@
 #include "lsmvs/surface/surface_extraction.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 #include <tuple>
 #include <unordered_map>
@@ -217,7 +219,7 @@ class Extractor {
       const auto known = entry_of.find(before.facet);
       const int32_t shared = known == entry_of.end() ? -1 : middles[known->second][before.k];
       if (same_pair && shared < 0) continue;  // the first pair keeps the edge
-      const int32_t middle = same_pair ? shared : AddMiddle(e.low, e.high);
+      const int32_t middle = same_pair ? shared : AddMiddle(e.low, e.high, e.facet, e.k);
       const auto [it, is_new] = entry_of.try_emplace(e.facet, middles.size());
       if (is_new) {
         middles.push_back({-1, -1, -1});
@@ -228,11 +230,37 @@ class Extractor {
     for (const size_t f : touched) SplitFacet(f, middles[entry_of[f]]);
   }
 
-  int32_t AddMiddle(int32_t a, int32_t b) {
-    result_.mesh.vertices.push_back(0.5 * (result_.mesh.vertices[a] + result_.mesh.vertices[b]));
+  // A little inside of the full space between facet f and its partner across its edge k, so that
+  // what rounding does to it does not take it through the other pairs at the edge.
+  int32_t AddMiddle(int32_t a, int32_t b, size_t f, int k) {
+    constexpr double kInset = 0.01;  // of the shortest edge around
+    const auto& x = result_.mesh.vertices;
+    const Eigen::Vector3d middle = 0.5 * (x[a] + x[b]);
+    Eigen::Vector3d outward = UnitNormal(f);
+    double shortest = ShortestEdge(f);
+    if (const int32_t other = facets_[f].partner[k]; other >= 0) {
+      outward += UnitNormal(static_cast<size_t>(other));
+      shortest = std::min(shortest, ShortestEdge(static_cast<size_t>(other)));
+    }
+    result_.mesh.vertices.push_back(middle - kInset * shortest * outward.normalized());
     result_.vertex_point.push_back(-1);
     ++result_.num_split_vertices;
     return static_cast<int32_t>(result_.mesh.vertices.size() - 1);
+  }
+
+  double ShortestEdge(size_t f) const {
+    const Eigen::Vector3i& face = result_.mesh.faces[f];
+    const auto& x = result_.mesh.vertices;
+    return std::sqrt(
+        std::min({(x[face[1]] - x[face[0]]).squaredNorm(), (x[face[2]] - x[face[1]]).squaredNorm(),
+                  (x[face[0]] - x[face[2]]).squaredNorm()}));
+  }
+
+  // Zero of a face without area.
+  Eigen::Vector3d UnitNormal(size_t f) const {
+    const Eigen::Vector3i& face = result_.mesh.faces[f];
+    const auto& x = result_.mesh.vertices;
+    return (x[face[1]] - x[face[0]]).cross(x[face[2]] - x[face[0]]).normalized();
   }
 
   // Replaces a face by a fan around its centroid-free polygon: corners with the middles between

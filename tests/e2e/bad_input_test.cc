@@ -210,7 +210,7 @@ TEST(BadInput, TooLittleMemoryForAStage) {
   WriteText(workspace / "fused.ply", header);
   fs::resize_file(workspace / "fused.ply", header.size() + kNumPoints * kBytesPerPoint);
   WriteText(workspace / "fused.ply.vis", "");
-  ExpectError(RunProgram("lsmvs-mesher", {workspace.text(), "--max_memory", "700MB"}), 5,
+  ExpectError(RunProgram("lsmvs-mesher", {workspace.text(), "--max_memory", "300MB"}), 5,
               {workspace.text(), "visibility_mesher needs about", "--max_memory"});
   EXPECT_FALSE(fs::exists(workspace / "meshed-visibility.ply"));
 }

@@ -5,12 +5,15 @@
 #include <numbers>
 #include <set>
 
+#include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/inspect.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
 #include "simple_meshes.h"
 
 namespace lsmvs {
 namespace {
+
+const RunContext kContext(1);
 
 // Two tetrahedra that have the first vertex in common, or the first two.
 TriangleMesh TwoTetrahedra(bool common_edge) {
@@ -106,7 +109,7 @@ TEST(CloseHoles, TheSphereIsWholeAgain) {
   TriangleMesh mesh = SphereWithHoles({0, 5, 40});
   const size_t num_vertices = mesh.vertices.size();
   EXPECT_FALSE(Inspect(mesh).IsClosed());
-  EXPECT_EQ(CloseHoles({}, &mesh), 3u);
+  EXPECT_EQ(CloseHoles({}, kContext, &mesh), 3u);
   EXPECT_EQ(mesh.vertices.size(), num_vertices);
   RemoveUnusedVertices(&mesh);
   ExpectValidMesh(mesh);
@@ -121,14 +124,14 @@ TEST(CloseHoles, LargeHolesAndRefusedFacesStay) {
   const size_t num_edges = Inspect(mesh).num_border_edges;
   HoleClosingOptions options;
   options.max_num_edges = static_cast<int>(num_edges) - 1;
-  EXPECT_EQ(CloseHoles(options, &mesh), 0u);
+  EXPECT_EQ(CloseHoles(options, kContext, &mesh), 0u);
   options.max_num_edges = static_cast<int>(num_edges);
   options.accept = [](const Eigen::Vector3i&) { return false; };
-  EXPECT_EQ(CloseHoles(options, &mesh), 0u);
+  EXPECT_EQ(CloseHoles(options, kContext, &mesh), 0u);
   EXPECT_EQ(Inspect(mesh).num_border_edges, num_edges);
   size_t num_asked = 0;
   options.accept = [&](const Eigen::Vector3i&) { return ++num_asked > 0; };
-  EXPECT_EQ(CloseHoles(options, &mesh), 1u);
+  EXPECT_EQ(CloseHoles(options, kContext, &mesh), 1u);
   EXPECT_GT(num_asked, 0u);
   EXPECT_TRUE(Inspect(mesh).IsClosed());
 }
@@ -139,10 +142,27 @@ TEST(CloseHoles, NoEdgeIsRepeated) {
   TriangleMesh mesh;
   mesh.vertices = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
   mesh.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
-  EXPECT_EQ(CloseHoles({}, &mesh), 1u);
+  EXPECT_EQ(CloseHoles({}, kContext, &mesh), 1u);
   EXPECT_TRUE(Inspect(mesh).IsClosed());
   EXPECT_TRUE(Inspect(mesh).IsManifold());
   EXPECT_GT(Inspect(mesh).volume, 0);
+}
+
+TEST(CloseHoles, WhatAnotherSurfacePassesThroughStaysOpen) {
+  TriangleMesh mesh = SphereWithHoles({0, 5, 40});
+  const Eigen::Vector3d x = mesh.vertices[5];
+  // A spike through the second hole.
+  const int spike = static_cast<int>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(),
+                       {0.5 * x, 1.5 * x, 0.5 * x + Eigen::Vector3d(1e-3, 2e-3, 1e-3)});
+  mesh.faces.emplace_back(spike, spike + 1, spike + 2);
+  HoleClosingOptions options;
+  options.max_num_edges = 10;
+  const size_t num_faces = mesh.faces.size();
+  EXPECT_EQ(CloseHoles(options, kContext, &mesh), 2u);
+  EXPECT_GT(mesh.faces.size(), num_faces);
+  const std::vector<uint8_t> all(mesh.faces.size(), 1);
+  EXPECT_TRUE(FaceGrid(mesh.vertices, mesh.faces).CrossingPairs(all, kContext).empty());
 }
 
 }  // namespace

@@ -4,9 +4,9 @@
 
 #include <random>
 
+#include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/inspect.h"
 #include "lsmvs/refinement/level_optimizer.h"
-#include "lsmvs/refinement/step_collisions.h"
 #include "lsmvs/synthetic/synthetic_scene.h"
 #include "lsmvs/test_support/temporary_folder.h"
 

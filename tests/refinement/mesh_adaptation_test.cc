@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/inspect.h"
-#include "lsmvs/refinement/step_collisions.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
 
 namespace lsmvs {
