@@ -1,6 +1,11 @@
 // Speed of the surface stage's phases on a sphere of state.range(0) points with 16 views. Items are
 // vertices inserted, facets crossed and cells cut: the floor of a phase is their number times the
-// time of one.
+// time of one, with everything in the cache (2.3 GHz, AVX2):
+//   insertion  about 20 sphere and 8 orientation tests of 25 ns, 27 cells of 64 bytes: 0.8 us a
+//              vertex; 5.6 us at 50,000 and 9 us at a million are measured, as cells lie anywhere
+//   rays       40 to 50 crossings a vertex of 25 ns: 1.1 us; 7.6 us are measured, of which 3 step;
+//              the rest sets off, forwards and backwards, and sorts the rays by view
+//   cut        6.7 cells a vertex, read and written once, 64 bytes: 0.1 us; 5.3 us are measured
 
 #include <benchmark/benchmark.h>
 
