@@ -142,7 +142,7 @@ class Cleaner {
     const double limit =
         options_.normal_check_factor * UsualLength(face) * LeastTrust(face, false_share_);
     return options_.normal_check_factor > 0 && LongestEdge(mesh_.vertices, face) > limit &&
-           LeastCosine(face) < least_cosine_;
+           LeastCosine(face, 1) < least_cosine_;
   }
 
   bool Spans(const Eigen::Vector3i& face) const {
@@ -151,20 +151,20 @@ class Cleaner {
     const double limit = options_.max_web_factor * UsualLength(face) * trust;
     const double length = LongestEdge(mesh_.vertices, face);
     if ((1 + kDepthStress) * length * kMaxTurn <= limit) return false;
-    const double turn = std::max(kMinTurn, std::sqrt(1 - LeastCosine(face)));
+    const double turn = std::max(kMinTurn, std::sqrt(1 - LeastCosine(face, kUnknownCosine)));
     return (length + kDepthStress * LeastDepthExtent(face)) * turn > limit;
   }
 
-  // Of the angles to the normals that the points at the corners had.
-  double LeastCosine(const Eigen::Vector3i& face) const {
+  // Of the angles to the normals that the points at the corners had; `unknown` where they had none.
+  double LeastCosine(const Eigen::Vector3i& face, double unknown) const {
     const Eigen::Vector3d& corner = mesh_.vertices[face[0]];
     const Eigen::Vector3d normal =
         (mesh_.vertices[face[1]] - corner).cross(mesh_.vertices[face[2]] - corner).normalized();
     double least = 1;
     for (const int v : face) {
       const Eigen::Vector3f& measured = cloud_.normals[vertex_point_[v]];
-      least = std::min(
-          least, measured.isZero(0.0f) ? kUnknownCosine : measured.cast<double>().dot(normal));
+      least =
+          std::min(least, measured.isZero(0.0f) ? unknown : measured.cast<double>().dot(normal));
     }
     return least;
   }
