@@ -19,7 +19,7 @@ constexpr const char* kRefinementVersion = "2";
 // Before there is a cloud: points that fusion makes of a pixel, and views of a point; measured on
 // scenes of 8 to 24 photos.
 constexpr double kPointsPerPixel = 0.25;
-constexpr double kViewsPerPoint = 4;
+constexpr size_t kViewsPerPoint = 4;
 constexpr size_t kFacesPerVertex = 2;
 
 // Nothing if there is no such file or it is not a PLY file: whoever reads it will say so.
@@ -99,6 +99,11 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   return counts;
 }
 
+CostEstimate SurfaceCost(const Reconstruction& reconstruction, size_t num_points) {
+  return EstimateVisibilityMesherCost(num_points, kViewsPerPoint * num_points,
+                                      NumPixels(reconstruction), reconstruction.options.surface);
+}
+
 Task SurfaceTask(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {
   const ReconstructionOptions& options = reconstruction.options;
   Task task;
@@ -135,9 +140,7 @@ Task MakeSurfaceTask(const ReconstructionPtr& reconstruction, const std::filesys
   const auto inputs = reconstruction->files->CloudFiles(cloud);
   task.inputs.insert(task.inputs.end(), inputs.begin(), inputs.end());
   const size_t num_points = ExpectedPoints(*reconstruction, cloud);
-  task.cost = EstimateVisibilityMesherCost(
-      num_points, static_cast<size_t>(kViewsPerPoint * static_cast<double>(num_points)),
-      NumPixels(*reconstruction), reconstruction->options.surface);
+  task.cost = SurfaceCost(*reconstruction, num_points);
   task.run = [=](const TaskRun& run) {
     VisibilityCloud points = reconstruction->files->ReadCloud(cloud, reconstruction->scene);
     return MeshCloud(*reconstruction, std::move(points), cloud, run);
@@ -149,10 +152,7 @@ Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
                            const std::filesystem::path& mesh) {
   Task task = SurfaceTask(*reconstruction, mesh);
   task.options += "input_type=sparse\n";
-  const size_t num_points = reconstruction->scene.points.size();
-  task.cost =
-      EstimateVisibilityMesherCost(num_points, static_cast<size_t>(kViewsPerPoint) * num_points,
-                                   NumPixels(*reconstruction), reconstruction->options.surface);
+  task.cost = SurfaceCost(*reconstruction, reconstruction->scene.points.size());
   task.run = [=](const TaskRun& run) {
     return MeshCloud(*reconstruction, SparseCloud(reconstruction->scene),
                      reconstruction->files->PointsFile(), run);

@@ -139,10 +139,10 @@ class Cleaner {
   }
 
   bool DefiesNormals(const Eigen::Vector3i& face) const {
+    if (options_.normal_check_factor <= 0) return false;
     const double limit =
         options_.normal_check_factor * UsualLength(face) * LeastTrust(face, false_share_);
-    return options_.normal_check_factor > 0 && LongestEdge(mesh_.vertices, face) > limit &&
-           LeastCosine(face, 1) < least_cosine_;
+    return LongestEdge(mesh_.vertices, face) > limit && LeastCosine(face, 1) < least_cosine_;
   }
 
   bool Spans(const Eigen::Vector3i& face) const {

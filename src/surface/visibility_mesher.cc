@@ -86,12 +86,14 @@ class Mesher {
     constexpr double kMegabyte = 1 << 20;
     const double need = static_cast<double>(bytes),
                  allowed = static_cast<double>(context_.memory_budget_bytes);
-    // The number of vertices goes with the square of their distance.
-    const std::string advice =
-        size_.num_vertices == 0
-            ? "give a smaller cloud or --bounding_box"
-            : fmt::format("set --VisibilityMeshing.max_proj_dist to {:.1f}",
-                          std::ceil(12 * options_.max_proj_dist * std::sqrt(need / allowed)) / 10);
+    std::string advice = "give a smaller cloud or --bounding_box";
+    if (size_.num_vertices > 0) {
+      // The number of vertices goes with the square of their distance.
+      const double distance = options_.max_proj_dist * std::sqrt(need / allowed);
+      advice = distance > 0 ? fmt::format("set --VisibilityMeshing.max_proj_dist to {:.1f}",
+                                          std::ceil(12 * distance) / 10)
+                            : "raise --VisibilityMeshing.max_proj_dist above 0";
+    }
     throw MemoryError(
         fmt::format("the surface of {} points needs about {:.0f} MB and {:.0f} MB are allowed; "
                     "raise --max_memory or {}",
