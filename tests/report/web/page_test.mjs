@@ -9,6 +9,7 @@ const [chromiumPath, pagePath, folder] = process.argv.slice(2);
 const { chromium } = createRequire(join(resolve(folder), 'x.js'))('playwright-core');
 
 const LOAD_SECONDS = 3;
+const LONGEST_TASK_MS = 600;
 const MESH_COLORS = { red: [220, 30, 30], green: [30, 200, 30], blue: [40, 60, 230], yellow: [230, 220, 30] };
 
 // How much slower than an idle core this machine is just now: wall time over CPU time of a busy loop.
@@ -33,13 +34,23 @@ async function open(viewport, options = {}) {
   page.on('pageerror', (e) => complaints.push(`exception: ${e.message}`));
   page.on('request', (r) => { if (!/^(data|blob):/.test(r.url()) && r.url() !== pathToFileURL(resolve(pagePath)).href) complaints.push(`request: ${r.url()}`); });
   await page.addInitScript(() => {
+    // Starting its 3D engine takes a browser without a GPU up to 0.7 s, whatever the page: that call is not counted as the page's.
+    let engineBegin = 0, engineEnd = 0;
+    window.engineMs = () => engineEnd - engineBegin;
+    const { getContext } = HTMLCanvasElement.prototype;
+    HTMLCanvasElement.prototype.getContext = function timed(...kind) {
+      engineBegin = performance.now();
+      try { return getContext.apply(this, kind); } finally { engineEnd = performance.now(); }
+    };
     window.longest = 0;
-    new PerformanceObserver((list) => list.getEntries().forEach((e) => { window.longest = Math.max(window.longest, e.duration); })).observe({ entryTypes: ['longtask'] });
+    const ownTime = (task) => task.duration - Math.max(0, Math.min(engineEnd, task.startTime + task.duration) - Math.max(engineBegin, task.startTime));
+    new PerformanceObserver((list) => list.getEntries().forEach((e) => { window.longest = Math.max(window.longest, ownTime(e)); })).observe({ entryTypes: ['longtask'] });
   });
   const begin = Date.now();
   await page.goto(pathToFileURL(resolve(pagePath)).href);
   await page.evaluate(() => window.lsmvsReport.loaded);
-  return { page, seconds: (Date.now() - begin) / 1000 };
+  const loaded = Date.now();
+  return { page, seconds: (loaded - begin - (await page.evaluate(() => window.engineMs()))) / 1000 };
 }
 
 // Waits until nothing is left to draw.
@@ -351,7 +362,7 @@ await run(`loads within ${LOAD_SECONDS} s of an idle machine`, async () => asser
 await run('never blocks the page for long', async () => {
   const longest = await page.evaluate(() => window.longest);
   console.log(`      longest task ${longest.toFixed(0)} ms`);
-  assert(longest < 1000 * slow, `${longest} ms`);
+  assert(longest < LONGEST_TASK_MS * slow, `${longest} ms`);
 });
 await settle(page);
 await page.screenshot({ path: join(folder, 'desktop.png'), fullPage: true });

@@ -275,8 +275,11 @@ async function loadMeshes() {
   showProgress(meshes.length);
 }
 
-function start() {
+const nextPaint = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+
+async function start() {
   fillTexts();
+  await nextPaint(); // the figures are there to read while the browser starts its 3D engine
   connect();
   for (let v = 0; v < 4; ++v) shown.push(v % meshes.length);
   watchWipe($('stage')); // before the rig, so that the line gets the pointer first
@@ -285,7 +288,7 @@ function start() {
   } catch (error) {
     $('loading').textContent = 'This browser cannot draw in 3D (WebGL 2 is missing or switched off). The figures are below.';
     $('tools').hidden = true;
-    return Promise.resolve();
+    return;
   }
   setLayout(meshes.length === 1 ? '1' : narrow() ? '2' : String(Math.min(meshes.length, 4)));
   setStyle(meshes.some((m) => m.packed.colors) && meshes.every((m) => m.packed.colors) ? 'color' : 'clay');
@@ -296,7 +299,7 @@ function start() {
     if (narrow() !== wasNarrow) setLayout(layout);
     wasNarrow = narrow();
   });
-  return loadMeshes();
+  await loadMeshes();
 }
 
 // What tests look at.
