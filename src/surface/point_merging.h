@@ -26,7 +26,7 @@ struct CanonicalFrame {
 };
 
 struct PointMergingOptions {
-  double max_proj_dist = 2.35;    // pixels
+  double max_proj_dist = 2.2;     // pixels
   double max_depth_dist = 0.01;   // fraction of the depth
   double visibility_sigma = 3.0;  // views
 };

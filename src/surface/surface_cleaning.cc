@@ -22,15 +22,6 @@ double LongestEdge(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Ve
   return std::sqrt(squared);
 }
 
-// Per vertex the shortest of its faces' longest edges: what the surface around it is sampled with.
-std::vector<double> LocalLengths(const TriangleMesh& mesh, const std::vector<double>& longest) {
-  std::vector<double> lengths(mesh.vertices.size(), std::numeric_limits<double>::infinity());
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    for (const int v : mesh.faces[f]) lengths[v] = std::min(lengths[v], longest[f]);
-  }
-  return lengths;
-}
-
 double Percentile(std::vector<double> values, double percentile) {
   const auto at =
       static_cast<std::ptrdiff_t>(percentile / 100 * static_cast<double>(values.size() - 1));
@@ -61,7 +52,6 @@ class Cleaner {
     DropFloatingComponents();
     for (const int source : SplitNonManifoldVertices(&mesh_)) {
       vertex_point_.push_back(vertex_point_[source]);
-      local_length_.push_back(local_length_[source]);
       pixel_size_.push_back(pixel_size_[source]);
     }
     RemoveUnused();
@@ -74,17 +64,13 @@ class Cleaner {
 
  private:
   void MeasureLengths() {
-    std::vector<double> longest(mesh_.faces.size());
-    for (size_t f = 0; f < longest.size(); ++f)
-      longest[f] = LongestEdge(mesh_.vertices, mesh_.faces[f]);
-    if (longest.empty()) return;
+    if (mesh_.faces.empty()) return;
     MeasurePixels();
-    std::vector<double> in_pixels(longest.size());
-    for (size_t f = 0; f < longest.size(); ++f) {
-      in_pixels[f] = longest[f] / PixelSize(mesh_.faces[f]);
+    std::vector<double> in_pixels(mesh_.faces.size());
+    for (size_t f = 0; f < in_pixels.size(); ++f) {
+      in_pixels[f] = LongestEdge(mesh_.vertices, mesh_.faces[f]) / PixelSize(mesh_.faces[f]);
     }
     usual_pixels_ = Percentile(std::move(in_pixels), options_.max_side_length_percentile);
-    local_length_ = LocalLengths(mesh_, longest);
   }
 
   // What a pixel covers at each vertex, in the view that sees it finest; the middle of a split edge
@@ -122,9 +108,7 @@ class Cleaner {
         FilterFaces(&mesh_, [&](size_t f) { return !TooLong(mesh_.faces[f]); });
   }
   bool TooLong(const Eigen::Vector3i& face) const {
-    double usual = UsualLength(face);
-    for (const int v : face) usual = std::max(usual, local_length_[v]);
-    return LongestEdge(mesh_.vertices, face) > options_.max_side_length_factor * usual;
+    return LongestEdge(mesh_.vertices, face) > options_.max_side_length_factor * UsualLength(face);
   }
 
   void DropWebs() {
@@ -171,7 +155,8 @@ class Cleaner {
 
   // How far the corner that the fewest views saw can be trusted, 0 to 1: the share of true ones
   // among edges whose ends have its confidence, where a share `false_share` of the vertices is not;
-  // squared, so that between the least trusted ones facets of any length are checked.
+  // to the third, all corners being wrong together, so that between the least trusted ones facets
+  // of any length are checked.
   double LeastTrust(const Eigen::Vector3i& face, double false_share) const {
     size_t num_views = std::numeric_limits<size_t>::max();
     for (const int v : face) {
@@ -182,7 +167,7 @@ class Cleaner {
     const double for_true = (1 - false_share) * confidence * confidence;
     const double for_false = false_share * (1 - confidence * confidence);
     const double trust = for_true / (for_true + for_false);
-    return trust * trust;
+    return trust * trust * trust;
   }
 
   // How far the face reaches along the line of sight of the view in which that is least, among
@@ -233,7 +218,6 @@ class Cleaner {
     for (size_t v = 0; v < new_index.size(); ++v) {
       if (new_index[v] < 0) continue;
       vertex_point_[new_index[v]] = vertex_point_[v];
-      local_length_[new_index[v]] = local_length_[v];
       pixel_size_[new_index[v]] = pixel_size_[v];
     }
     vertex_point_.resize(mesh_.vertices.size());
@@ -272,7 +256,6 @@ class Cleaner {
   std::vector<double> pixel_size_;  // by mesh vertex
   double usual_pixels_ = 0;         // length of the surface's edges
   double false_share_ = 0;          // of the cloud's vertices
-  std::vector<double> local_length_;
   SurfaceCleaningCounters counters_;
 };
 

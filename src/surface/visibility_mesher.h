@@ -20,7 +20,7 @@ namespace lsmvs {
 struct VisibilityMesherOptions {
   // Points closer than this in their views become one vertex that keeps all their views. Pixels; 0
   // merges exact duplicates only. Raising it makes a smaller, smoother mesh faster.
-  double max_proj_dist = 2.35;
+  double max_proj_dist = 2.2;
   // Points merge only if their depths differ by less than this fraction. Raising it merges more
   // along the viewing rays.
   double max_depth_dist = 0.01;
@@ -36,9 +36,9 @@ struct VisibilityMesherOptions {
   // Weight of the shape of facets against one seen point. Raising it gives smoother surfaces and
   // less detail.
   double quality_regularization = 0.7;
-  // Facets with an edge longer than this times the local and the global edge length (the percentile
-  // below) span what nobody measured and are dropped. 0 keeps all.
-  double max_side_length_factor = 64.0;
+  // Facets with an edge longer than this times the surface's edge length (the percentile below, in
+  // pixels at that place) span what nobody measured and are dropped. 0 keeps all.
+  double max_side_length_factor = 200.0;
   // Webs, which span what nobody measured between a foreground and what lies behind it, around what
   // was seen, or to false points, are dropped: facets that are long, reach far along the line of
   // sight of every view that sees one of their corners from the front, turn away from the normals
@@ -48,12 +48,12 @@ struct VisibilityMesherOptions {
   // fewest views saw (0 to 1; see visibility_sigma; the less the more of the cloud's points the cut
   // found false): (L + 8 D) sqrt(1 - c) > max_web_factor t. Raising it closes more of what nobody
   // saw. 0 keeps all.
-  double max_web_factor = 260.0;
+  double max_web_factor = 600.0;
   // Facets with an edge longer than this times the same percentile (less where few views saw a
   // corner, the more so the more of the cloud's points the cut found false) and more than
   // max_normal_angle_deg away from the normals at a corner are dropped at any rate. Raising either
   // closes more of what nobody saw. 0 keeps all.
-  double normal_check_factor = 16.0;
+  double normal_check_factor = 32.0;
   double max_normal_angle_deg = 70.0;
   // Percentile of the surface's longest facet edges that counts as its edge length.
   double max_side_length_percentile = 50.0;
