@@ -49,11 +49,12 @@ class Cleaner {
     MeasureFalseShare();
     if (options_.max_side_length_factor > 0) DropLongFaces();
     DropWebs();
-    DropFloatingComponents();
+    // Before floating pieces are looked for, of which some hang on the rest by a vertex only.
     for (const int source : SplitNonManifoldVertices(&mesh_)) {
       vertex_point_.push_back(vertex_point_[source]);
       pixel_size_.push_back(pixel_size_[source]);
     }
+    DropFloatingComponents();
     RemoveUnused();
     if (options_.max_hole_edges > 0) CloseSmallHoles();
     counters_.num_components = FindComponents(mesh_).num_faces.size();

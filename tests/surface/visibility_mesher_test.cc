@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "lsmvs/mesh/inspect.h"
+#include "lsmvs/mesh/repair.h"
 #include "lsmvs/synthetic/sampled_cloud.h"
 #include "lsmvs/synthetic/surface_error.h"
 #include "lsmvs/synthetic/synthetic_scene.h"
@@ -308,6 +309,20 @@ TEST(VisibilityMesher, NormalsTellWebs) {
 
 TEST(VisibilityMesher, LinesOfSightTellWebsWithoutNormals) {
   ExpectWebsDropped(false, &VisibilityMesherOptions::max_web_factor, 20);
+}
+
+// Nor do crumbs stay that dropped webs leave hanging on the rest by a vertex.
+TEST(VisibilityMesher, NoPieceIsSmallerThanAskedFor) {
+  SampledCloudOptions sampling = Points(20000);
+  sampling.outlier_fraction = 0.3;
+  VisibilityMesherOptions options = Plain();
+  options.max_web_factor = 20;
+  const Meshed meshed = MeshShapeScene(ShapeName::kSphereOnGround, sampling, options);
+  const MeshComponents components = FindComponents(meshed.result.mesh);
+  EXPECT_EQ(components.num_faces.size(), meshed.result.counters.num_components);
+  for (const size_t num_faces : components.num_faces) {
+    EXPECT_GE(num_faces, static_cast<size_t>(options.min_component_faces));
+  }
 }
 
 TEST(VisibilityMesher, VertexViewsFitTheMesh) {
