@@ -12,8 +12,8 @@ namespace lsmvs {
 namespace {
 
 // Version of the method: a new one makes maps of older runs stale.
-constexpr const char* kStereoVersion = "4";
-constexpr const char* kFusionVersion = "4";
+constexpr const char* kStereoVersion = "5";
+constexpr const char* kFusionVersion = "5";
 
 // Part of the memory budget that cached depth maps may take, and the number of views that are
 // cached at most: those that one view has to do with. More would make memory grow with the number

@@ -21,19 +21,19 @@ struct FusionOptions {
   int min_num_pixels = 3;
   // Views that are averaged into one point at most.
   int max_num_pixels = 10000;
-  // Pixels between a pixel and the point it joins, seen forth and back. Tighter than COLMAP's 2,
-  // and the normals looser than its 10 degrees: where a surface is rough or seen at an angle, the
-  // normals of good depths scatter more than their positions.
-  double max_reproj_error = 1.2;
+  // Pixels between a pixel and the point it joins, seen forth and back.
+  double max_reproj_error = 2.0;
   // Relative difference of depth within which a pixel joins a point.
   double max_depth_error = 0.01;
-  // Degrees between normals within which a pixel joins a point.
-  double max_normal_error = 22.0;
+  // Degrees between normals within which a pixel joins a point. Much looser than COLMAP's 10: it
+  // keeps the two sides of a thin part apart, but where a surface is rough or seen at an angle the
+  // normals of good depths scatter far more than their positions.
+  double max_normal_error = 90.0;
   // One view less than min_num_pixels is enough (but never one alone) where views agree within so
   // many pixels and no view sees through the point, so that borders of the scene, which few views
   // see, are not lost. Such pixels must hang together over the area of a matching window. 0: never.
   // Lower is cleaner.
-  double weak_max_reproj_error = 1.0;
+  double weak_max_reproj_error = 2.0;
   // Views checked a reference view, nearest first.
   int check_num_images = 50;
   // Points outside are dropped. In the world of the files (Scene::world_offset is handled). Empty:

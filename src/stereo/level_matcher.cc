@@ -20,8 +20,9 @@ constexpr float kPriorTolerancePx = 0.5f;
 // Slopes count by the displacement that they cause at this distance from the centre.
 constexpr float kPriorReachPx = 3.0f;
 
-// ZNCC that is asked of a window which only one source sees.
-constexpr float kMinSingleZncc = 0.5f;
+// ZNCC that is asked of a window which only one source sees: its 25 samples reach .5 by chance too
+// often.
+constexpr float kMinSingleZncc = 0.6f;
 
 // Uniform in [-1, 1): a hash of its arguments.
 float Noise(uint64_t salt, uint32_t pixel, uint32_t draw) {

@@ -27,12 +27,13 @@ namespace lsmvs {
 //                resolution and filters. What fusion takes.
 // Without `geom_consistency` there is the photometric pass alone: full resolution and filtered.
 struct PatchMatchOptions {
-  // Half size of the matching window in pixels, at every level. Larger is smoother and blurs
-  // detail.
-  int window_radius = 5;
-  // Pixels between samples of a window: radius 5 and step 2 take 5 x 5 samples. Raising it is
-  // faster and noisier.
-  int window_step = 2;
+  // Half size of the matching window in pixels, at every level. Larger blurs detail: a plane does
+  // not fit the surface over the window, least of all across an edge of depth. 5 x 5 samples close
+  // together lie nearer to the truth than as many over 11 x 11 pixels, even with three times the
+  // usual sensor noise; what a small window cannot tell apart, the coarser levels have settled.
+  int window_radius = 2;
+  // Pixels between samples of a window. Raising it is faster and noisier.
+  int window_step = 1;
   // Sweeps over the coarsest level; finer levels need few. Cost grows little with it.
   int num_iterations = 8;
   // Neighbours that the coarse levels match with, and those kept in each small tile at full
@@ -62,8 +63,9 @@ struct PatchMatchOptions {
   // Neighbours that must agree with a pixel's depth. One keeps what only two views see, at the
   // borders of a scene; fusion decides what it trusts of that.
   int filter_min_num_consistent = 1;
-  // Forward-backward error (pixels) up to which a neighbour agrees.
-  double filter_geom_consistency_max_cost = 1.0;
+  // Forward-backward error (pixels) up to which a neighbour agrees: a pixel of the half-resolution
+  // maps that are compared with.
+  double filter_geom_consistency_max_cost = 2.0;
 
   // Depth range in world units for every view; unset: from the sparse points (EstimateDepthRanges).
   std::optional<double> depth_min, depth_max;

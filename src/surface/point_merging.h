@@ -26,9 +26,9 @@ struct CanonicalFrame {
 };
 
 struct PointMergingOptions {
-  double max_proj_dist = 2.2;     // pixels
-  double max_depth_dist = 0.01;   // fraction of the depth
-  double visibility_sigma = 3.0;  // views
+  double max_proj_dist = 0;     // pixels
+  double max_depth_dist = 0;    // fraction of the depth
+  double visibility_sigma = 0;  // views
 };
 
 // How much a point counts that so many views see, 0 to 1.

@@ -9,9 +9,9 @@
 namespace lsmvs {
 
 struct VisibilityWeightOptions {
-  double distance_sigma_factor = 1;
-  double sink_distance_factor = 0.5;
-  double quality_regularization = 1;
+  double distance_sigma_factor = 0;
+  double sink_distance_factor = 0;
+  double quality_regularization = 0;
 };
 
 // Fills the capacities of the complex' cells from what the views saw (method of

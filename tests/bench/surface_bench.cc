@@ -25,6 +25,8 @@ namespace lsmvs {
 namespace {
 
 const RunContext kContext(1);
+const VisibilityWeightOptions kWeights{
+    .distance_sigma_factor = 0.8, .sink_distance_factor = 0.5, .quality_regularization = 0.7};
 
 struct BenchCloud {
   // `noise` in units of the mean distance between points.
@@ -36,8 +38,8 @@ struct BenchCloud {
     cloud = SampleCloud(*scene.shape, scene.scene, sampling, kContext);
   }
   MergedCloud Merge() const {
-    PointMergingOptions options;
-    options.max_proj_dist = 0.1;
+    const PointMergingOptions options{
+        .max_proj_dist = 0.1, .max_depth_dist = 0.01, .visibility_sigma = 3};
     return MergePoints(scene.scene, cloud, options, kContext);
   }
   SyntheticScene scene;
@@ -67,7 +69,8 @@ void BM_RayWalk(benchmark::State& state) {
     state.PauseTiming();
     CellComplex weighed = complex;
     state.ResumeTiming();
-    num_crossings += WeighCells(bench.scene.scene, merged, {}, kContext, &weighed).num_crossings;
+    num_crossings +=
+        WeighCells(bench.scene.scene, merged, kWeights, kContext, &weighed).num_crossings;
   }
   state.SetItemsProcessed(static_cast<int64_t>(num_crossings));
 }
@@ -78,7 +81,7 @@ void BM_Cut(benchmark::State& state) {
   const BenchCloud bench(state.range(0), 0.25 * static_cast<double>(state.range(1)));
   const MergedCloud merged = bench.Merge();
   CellComplex complex = BuildDelaunay(merged.positions);
-  WeighCells(bench.scene.scene, merged, {}, kContext, &complex);
+  WeighCells(bench.scene.scene, merged, kWeights, kContext, &complex);
   for (auto _ : state) {
     state.PauseTiming();
     std::vector<Cell> cells = complex.cells;

@@ -171,10 +171,13 @@ Nodes SceneGraph(ShapeName shape, double outlier_fraction) {
   SampledCloudOptions sampling;
   sampling.num_points = 2000;
   sampling.outlier_fraction = outlier_fraction;
-  MergedCloud merged = MergePoints(
-      scene.scene, SampleCloud(*scene.shape, scene.scene, sampling, context), {}, context);
+  MergedCloud merged =
+      MergePoints(scene.scene, SampleCloud(*scene.shape, scene.scene, sampling, context),
+                  {.max_proj_dist = 2, .max_depth_dist = 0.01, .visibility_sigma = 3}, context);
   CellComplex complex = BuildDelaunay(std::exchange(merged.positions, {}));
-  WeighCells(scene.scene, merged, {}, context, &complex);
+  WeighCells(scene.scene, merged,
+             {.distance_sigma_factor = 1, .sink_distance_factor = 0.5, .quality_regularization = 1},
+             context, &complex);
   return {complex.cells.begin(), complex.cells.end()};
 }
 
