@@ -7,14 +7,17 @@
 
 namespace lsmvs {
 
-// Pixels of the store's largest image at level 0: what caches of a number of views are sized by.
-inline size_t LargestImagePixels(const ImageStore& images) {
+// Pixels of the store's largest image at a level: what caches of a number of views are sized by.
+inline size_t LargestImagePixels(const ImageStore& images, int level = 0) {
   size_t num_pixels = 0;
   for (size_t v = 0; v < images.num_views(); ++v) {
-    const PinholeCamera camera = images.Camera(static_cast<int>(v), 0);
+    const PinholeCamera camera = images.Camera(static_cast<int>(v), level);
     num_pixels = std::max(num_pixels, static_cast<size_t>(camera.width) * camera.height);
   }
   return num_pixels;
 }
+
+// Of a photo with all its levels in grey.
+inline constexpr size_t kPhotoBytesPerPixel = 6;
 
 }  // namespace lsmvs

@@ -28,14 +28,14 @@ TaskCounts RunQuasiDense(const Reconstruction& reconstruction, const TaskRun& ru
   options.bounding_box = reconstruction.options.bounding_box;
   const std::vector<std::vector<Eigen::Vector2f>> keypoints =
       reconstruction.files->ReadKeypoints(reconstruction.scene);
-  const QuasiDenseResult result =
-      MatchQuasiDense(reconstruction.scene, *reconstruction.images, reconstruction.neighbors,
-                      keypoints, options, run.context);
-  if (result.cloud.size() == 0) ThrowWithoutCloud(reconstruction, result);
-  reconstruction.files->WriteCloud(reconstruction.scene, run.outputs,
-                                   [&](const CloudSink& sink) { sink(result.cloud); });
-  return {{"points", static_cast<double>(result.cloud.size())},
-          {"observations", static_cast<double>(result.cloud.view_idxs.size())},
+  QuasiDenseResult result;
+  reconstruction.files->WriteCloud(reconstruction.scene, run.outputs, [&](const CloudSink& sink) {
+    result = MatchQuasiDense(reconstruction.scene, *reconstruction.images, reconstruction.neighbors,
+                             keypoints, options, sink, run.context);
+    if (result.num_points == 0) ThrowWithoutCloud(reconstruction, result);
+  });
+  return {{"points", static_cast<double>(result.num_points)},
+          {"observations", static_cast<double>(result.num_observations)},
           {"interest_points", static_cast<double>(result.counters.num_interest_points)},
           {"joined_keypoints", static_cast<double>(result.counters.num_joined_keypoints)}};
 }

@@ -20,9 +20,8 @@ constexpr const char* kFusionVersion = "5";
 // of photos and save little time.
 constexpr size_t kMapBudgetDivisor = 4;
 constexpr size_t kViewsHeld = 12;
-// Of a depth map with normals, and of a photo with all its levels in grey.
+// Of a depth map with normals.
 constexpr size_t kMapBytesPerPixel = 16;
-constexpr size_t kPhotoBytesPerPixel = 6;
 
 std::string KindName(DepthMapKind kind) {
   return kind == DepthMapKind::kPhotometric ? "photometric" : "geometric";

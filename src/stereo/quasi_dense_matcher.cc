@@ -7,6 +7,8 @@
 #include <cmath>
 #include <memory>
 
+#include "lsmvs/image/largest_image.h"
+#include "lsmvs/stereo/quasi_dense_grids_internal.h"
 #include "lsmvs/stereo/quasi_dense_images_internal.h"
 #include "lsmvs/stereo/quasi_dense_mutual_internal.h"
 #include "lsmvs/stereo/quasi_dense_pairs_internal.h"
@@ -24,7 +26,23 @@ using namespace quasi_dense;
 
 constexpr int kCoarsestLongerSide = 256;
 constexpr int kSmallestSide = 24;  // pixels below which a scale is of no use
-constexpr size_t kBudgetShareOfImages = 5;
+// Shares of the memory budget: one in so many.
+constexpr size_t kBudgetShareOfImages = 5, kBudgetShareOfGrids = 5;
+// Views of which images and interest points are held at most: those that one view has to do with.
+// More would make memory grow with the number of photos and save little time.
+constexpr size_t kViewsHeld = 12;
+
+size_t ImageBudget(const ImageStore& images, const QuasiDenseOptions& options, size_t budget) {
+  return std::min(budget / kBudgetShareOfImages,
+                  kViewsHeld * sizeof(uint32_t) * LargestImagePixels(images, options.finest_level));
+}
+// Two stores live while mutual matches are looked for.
+size_t GridBudget(const ImageStore& images, const QuasiDenseOptions& options, size_t budget) {
+  const double pixels = static_cast<double>(LargestImagePixels(images, options.finest_level));
+  const double points = pixels / (options.spacing_px * options.spacing_px);
+  return std::min(budget / (2 * kBudgetShareOfGrids),
+                  kViewsHeld * static_cast<size_t>(points * sizeof(InterestPoint)));
+}
 
 // Adds the wall time of its life to a phase.
 class PhaseTimer {
@@ -85,11 +103,11 @@ class Matcher {
         options_(options),
         result_(result),
         context_(context),
-        cells_(images, context.memory_budget_bytes / kBudgetShareOfImages),
+        cells_(images, ImageBudget(images, options, context.memory_budget_bytes)),
         neighbors_(SymmetricNeighbors(neighbors, options.max_num_neighbors)),
         ranges_(DepthRanges(scene, options)),
         pattern_(MakeWindowPattern(options.window_radius)),
-        grids_(scene.views.size()) {}
+        grids_(NewGrids()) {}
 
   bool HasNeighbors() const {
     return std::any_of(neighbors_.begin(), neighbors_.end(),
@@ -97,7 +115,7 @@ class Matcher {
   }
   bool HasDepthRange() const { return std::any_of(ranges_.begin(), ranges_.end(), Usable); }
 
-  void Run() {
+  void Run(const CloudSink& sink) {
     const int coarsest = CoarsestLevel(images_, options_);
     // Each level costs about four times the one before; tracks about a third of the finest.
     double done = 0;
@@ -107,7 +125,7 @@ class Matcher {
       MatchLevel(level, level == coarsest, context_.Part(done, std::min(done + share, 0.75)));
       done = std::min(done + share, 0.75);
     }
-    MakeAllTracks(context_.Part(0.75, 1.0));
+    MakeAllTracks(sink, context_.Part(0.75, 1.0));
   }
 
  private:
@@ -120,6 +138,7 @@ class Matcher {
     const int num_views = scene_.num_views();
     for (int v = 0; v < num_views; ++v) {
       if (Active(v)) MatchView(v, level, coarsest);
+      TrimPhotos();
       context.Report((v + 1.0) / num_views);
     }
     KeepMutual(level);
@@ -129,16 +148,31 @@ class Matcher {
     PointGrid grid = Detect(view_idx, level);
     const SearchView view = MakeSearchView(view_idx, level);
     const PhaseTimer timer("search", result_);
-    PointGrid& slot = grids_[static_cast<size_t>(view_idx)];
     size_t& num_patches = result_->counters.num_patches;
     if (coarsest) {
       num_patches += SearchRange(view, context_, &grid);
       num_patches += Propagate(view, context_, &grid);
     } else {
-      num_patches += SearchFromCoarser(view, slot, LevelScale(view_idx, level), context_, &grid);
+      num_patches += SearchFromCoarser(view, *grids_->Get(view_idx), LevelScale(view_idx, level),
+                                       context_, &grid);
     }
     num_patches += Propagate(view, context_, &grid);
-    slot = std::move(grid);
+    grids_->Put(view_idx, std::move(grid));
+  }
+
+  void TrimPhotos() const {
+    images_.Trim(kViewsHeld * kPhotoBytesPerPixel * LargestImagePixels(images_));
+  }
+
+  std::unique_ptr<GridStore> NewGrids() const {
+    return std::make_unique<GridStore>(scene_.views.size(),
+                                       GridBudget(images_, options_, context_.memory_budget_bytes));
+  }
+
+  NeighborGrids GridsAround(int view_idx, const std::vector<Pairing>& pairings) {
+    NeighborGrids grids{grids_->Get(view_idx), {}};
+    for (const Pairing& pairing : pairings) grids.others.push_back(grids_->Get(pairing.view_idx));
+    return grids;
   }
 
   // Image coordinates of a level over those of the next coarser one.
@@ -196,39 +230,45 @@ class Matcher {
   // goes.
   void KeepMutual(int level) {
     const PhaseTimer timer("mutual check", result_);
-    std::vector<Raster<uint32_t>> confirmed(grids_.size());
+    std::unique_ptr<GridStore> kept = NewGrids();
     for (int v = 0; v < scene_.num_views(); ++v) {
       if (!Active(v)) continue;
-      const size_t view = static_cast<size_t>(v);
-      confirmed[view] =
-          ConfirmedSlots(grids_[view], MakePairings(scene_, images_, level, v, neighbors_[view]),
-                         grids_, static_cast<float>(options_.max_mutual_error_px), context_);
-    }
-    for (size_t v = 0; v < grids_.size(); ++v) {
-      for (size_t cell = 0; cell < confirmed[v].size(); ++cell) {
-        InterestPoint& point = grids_[v].cells.pixels[cell];
+      const std::vector<Pairing> pairings =
+          MakePairings(scene_, images_, level, v, neighbors_[static_cast<size_t>(v)]);
+      const NeighborGrids around = GridsAround(v, pairings);
+      const Raster<uint32_t> confirmed = ConfirmedSlots(
+          around, pairings, static_cast<float>(options_.max_mutual_error_px), context_);
+      PointGrid grid = *around.own;
+      for (size_t cell = 0; cell < confirmed.size(); ++cell) {
+        InterestPoint& point = grid.cells.pixels[cell];
         if (!point.matched()) continue;
         if (level == options_.finest_level) ++result_->counters.num_matched;
-        if (confirmed[v].pixels[cell] == 0) point.plane = PixelPlane();
+        if (confirmed.pixels[cell] == 0) point.plane = PixelPlane();
       }
+      kept->Put(v, std::move(grid));
     }
+    grids_ = std::move(kept);
   }
 
-  void MakeAllTracks(const RunContext& context) {
-    TrackWorld world{scene_, options_, grids_, {}, {}, {}};
+  void MakeAllTracks(const CloudSink& sink, const RunContext& context) {
+    TrackWorld world{scene_, options_, {}, {}, {}};
+    world.covered.resize(scene_.views.size());
     for (int v = 0; v < scene_.num_views(); ++v) {
-      const PointGrid& grid = grids_[static_cast<size_t>(v)];
       world.cameras.push_back(images_.Camera(v, options_.finest_level));
       world.projections.push_back(MakeProjectionMatrix(
           scene_.views[static_cast<size_t>(v)].cam_from_world, world.cameras.back()));
-      world.covered.emplace_back(grid.cells.width, grid.cells.height, uint8_t{0});
     }
     for (int v = 0; v < scene_.num_views(); ++v) {
       if (Active(v)) {
         const SearchView view = MakeSearchView(v, options_.finest_level);
         const PhaseTimer timer("tracks", result_);
-        MakeTracks(v, view, *images_.Colors(v, options_.finest_level), context_, &world,
-                   &result_->cloud, &result_->counters);
+        const VisibilityCloud part = MakeTracks(v, view, GridsAround(v, view.pairings),
+                                                *images_.Colors(v, options_.finest_level), context_,
+                                                &world, &result_->counters);
+        result_->num_points += part.size();
+        result_->num_observations += part.view_idxs.size();
+        if (part.size() > 0) sink(part);
+        TrimPhotos();
       }
       context.Report((v + 1.0) / scene_.num_views());
     }
@@ -244,7 +284,7 @@ class Matcher {
   std::vector<std::vector<int>> neighbors_;
   std::vector<DepthRange> ranges_;
   WindowPattern pattern_;
-  std::vector<PointGrid> grids_;  // of the last level that was matched
+  std::unique_ptr<GridStore> grids_;  // of the last level that was matched
 };
 
 void Finish(QuasiDenseStatus status, const std::string& message, QuasiDenseResult* result) {
@@ -257,7 +297,8 @@ void Finish(QuasiDenseStatus status, const std::string& message, QuasiDenseResul
 QuasiDenseResult MatchQuasiDense(const Scene& scene, const ImageStore& images,
                                  const std::vector<std::vector<Neighbor>>& neighbors,
                                  std::span<const std::vector<Eigen::Vector2f>> keypoints,
-                                 const QuasiDenseOptions& options, const RunContext& context) {
+                                 const QuasiDenseOptions& options, const CloudSink& sink,
+                                 const RunContext& context) {
   if (std::string error; !options.Check(&error)) throw UsageError(error);
   LSMVS_CHECK_EQ(neighbors.size(), scene.views.size());
   LSMVS_CHECK_EQ(images.num_views(), scene.views.size());
@@ -270,13 +311,13 @@ QuasiDenseResult MatchQuasiDense(const Scene& scene, const ImageStore& images,
     Finish(QuasiDenseStatus::kNoDepthRange,
            "no sparse point before any camera: the depth range is unknown", &result);
   } else {
-    matcher.Run();
-    if (result.cloud.size() == 0) {
+    matcher.Run(sink);
+    if (result.num_points == 0) {
       Finish(QuasiDenseStatus::kNoMatches, "no interest point has a match in another view",
              &result);
     } else {
       result.message =
-          fmt::format("{} points from {} interest points in {} views", result.cloud.size(),
+          fmt::format("{} points from {} interest points in {} views", result.num_points,
                       result.counters.num_interest_points, scene.views.size());
     }
   }
@@ -291,7 +332,8 @@ CostEstimate EstimateQuasiDenseCost(const Scene& scene, const ImageStore& images
   constexpr double kSecondsPerSample = 2.0e-9;
   constexpr double kTrialsPerPoint = 12, kCoarserScales = 4.0 / 3.0;
   constexpr double kSecondsPerPixel = 1.2e-7;  // detection and decoding
-  constexpr double kBytesPerTrack = 80;
+  // A reference's photo with its scales and its search; the tracks of one view.
+  constexpr double kBytesPerPixel = 30, kBytesPerTrack = 80;
   const double samples = (2.0 * options.window_radius + 1) * (2.0 * options.window_radius + 1);
   double pixels = 0;
   for (int v = 0; v < scene.num_views(); ++v) {
@@ -303,8 +345,12 @@ CostEstimate EstimateQuasiDenseCost(const Scene& scene, const ImageStore& images
   cost.cpu_seconds = kCoarserScales * (pixels * kSecondsPerPixel +
                                        points * kTrialsPerPoint * options.max_num_fine_neighbors *
                                            samples * kSecondsPerSample);
+  const double largest = static_cast<double>(LargestImagePixels(images, options.finest_level));
+  const double views_held = std::min(static_cast<double>(kViewsHeld), double(scene.num_views()));
+  const double points_of_view = largest / (options.spacing_px * options.spacing_px);
   cost.peak_bytes = static_cast<size_t>(
-      points * (sizeof(InterestPoint) + 5.0 + 0.5 * kBytesPerTrack) + 12 * pixels);
+      views_held * (largest * sizeof(uint32_t) + 2 * points_of_view * sizeof(InterestPoint)) +
+      points_of_view * kBytesPerTrack + largest * kBytesPerPixel + points / 8);
   return cost;
 }
 

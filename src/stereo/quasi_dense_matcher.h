@@ -83,9 +83,7 @@ struct QuasiDenseCounters {
 };
 
 struct QuasiDenseResult {
-  // Positions, normals (towards the cameras), colours, views. The number of views of a point is its
-  // confidence.
-  VisibilityCloud cloud;
+  size_t num_points = 0, num_observations = 0;  // that went to the sink
   QuasiDenseStatus status = QuasiDenseStatus::kSuccess;
   std::string message;  // one line: what was made, or why nothing
   QuasiDenseCounters counters;
@@ -110,9 +108,12 @@ struct QuasiDenseResult {
 //              join
 // Masked pixels have no points. The result does not depend on the number of threads. Throws
 // UsageError for options out of range, CancelledError; nothing to match is a status.
-// Memory: 28 bytes an interest point of every view (an interest point for each spacing_px^2 pixels
-// at most), the cloud, and images within a fifth of the memory budget. Time: see
-// EstimateQuasiDenseCost.
+// The points go to `sink` in parts, a view's at a time: positions, normals (towards the cameras),
+// colours, views, whose number is a point's confidence.
+// Memory: images within a fifth of the memory budget; interest points within another, but for those
+// of a view and its neighbours (28 bytes each, one for each spacing_px^2 pixels at most), the rest
+// in a temporary file; the points of one view. Besides them, a bit an interest point of the views
+// whose turn is to come. Time: see EstimateQuasiDenseCost.
 //   H.-H. Vu: Large-scale and high-quality multi-view stereo, thesis, 2011, chapter 4.2.1. M.
 //   Lhuillier, L. Quan: A quasi-dense approach to surface reconstruction from uncalibrated images,
 //   PAMI 27(3), 2005 (matches guide matches nearby).
@@ -121,7 +122,8 @@ struct QuasiDenseResult {
 QuasiDenseResult MatchQuasiDense(const Scene& scene, const ImageStore& images,
                                  const std::vector<std::vector<Neighbor>>& neighbors,
                                  std::span<const std::vector<Eigen::Vector2f>> keypoints,
-                                 const QuasiDenseOptions& options, const RunContext& context);
+                                 const QuasiDenseOptions& options, const CloudSink& sink,
+                                 const RunContext& context);
 
 // From the number of pixels, views and neighbours.
 CostEstimate EstimateQuasiDenseCost(const Scene& scene, const ImageStore& images,

@@ -43,9 +43,9 @@ Witness AskWitness(const Pairing& pairing, const PointGrid& other, const Eigen::
   return witness;
 }
 
-Raster<uint32_t> ConfirmedSlots(const PointGrid& grid, const std::vector<Pairing>& pairings,
-                                const std::vector<PointGrid>& grids, float max_mutual_error_px,
-                                const RunContext& context) {
+Raster<uint32_t> ConfirmedSlots(const NeighborGrids& grids, const std::vector<Pairing>& pairings,
+                                float max_mutual_error_px, const RunContext& context) {
+  const PointGrid& grid = *grids.own;
   Raster<uint32_t> confirmed(grid.cells.width, grid.cells.height, 0);
   const size_t width = static_cast<size_t>(grid.cells.width);
   ParallelFor(context, static_cast<size_t>(grid.cells.height), kRowsOfBlock, [&](size_t row) {
@@ -53,9 +53,8 @@ Raster<uint32_t> ConfirmedSlots(const PointGrid& grid, const std::vector<Pairing
       const InterestPoint& point = grid.cells.pixels[cell];
       if (!point.matched()) continue;
       for (size_t s = 0; s < pairings.size(); ++s) {
-        const Witness witness =
-            AskWitness(pairings[s], grids[static_cast<size_t>(pairings[s].view_idx)],
-                       point.position, point.plane.inverse_depth, max_mutual_error_px);
+        const Witness witness = AskWitness(pairings[s], *grids.others[s], point.position,
+                                           point.plane.inverse_depth, max_mutual_error_px);
         if (witness.testimony == Testimony::kConfirmed) confirmed.pixels[cell] |= 1u << s;
       }
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "lsmvs/stereo/quasi_dense_pairs_internal.h"
@@ -33,9 +34,14 @@ Witness AskWitness(const Pairing& pairing, const PointGrid& other, const Eigen::
 float MutualError(const PairGeometry& back, const Eigen::Vector2f& position,
                   const Eigen::Vector2f& position_in_other, const InterestPoint& other);
 
+// Grids of a view and of its neighbours: others[s] is that of the view of its pairing s.
+struct NeighborGrids {
+  std::shared_ptr<const PointGrid> own;
+  std::vector<std::shared_ptr<const PointGrid>> others;
+};
+
 // Neighbours (bits of InterestPoint::slots) that confirm each matched point of a view, by cell.
-Raster<uint32_t> ConfirmedSlots(const PointGrid& grid, const std::vector<Pairing>& pairings,
-                                const std::vector<PointGrid>& grids, float max_mutual_error_px,
-                                const RunContext& context);
+Raster<uint32_t> ConfirmedSlots(const NeighborGrids& grids, const std::vector<Pairing>& pairings,
+                                float max_mutual_error_px, const RunContext& context);
 
 }  // namespace lsmvs::quasi_dense

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "lsmvs/geometry/triangulation.h"
 #include "lsmvs/stereo/quasi_dense_mutual_internal.h"
@@ -39,10 +40,11 @@ struct TrackBlock {
 // Makes the tracks of one block of one view; reads the world only.
 class TrackMaker {
  public:
-  TrackMaker(int view_idx, const SearchView& view, const ColorImage& colors,
-             const TrackWorld& world, TrackBlock* block)
+  TrackMaker(int view_idx, const SearchView& view, const NeighborGrids& grids,
+             const ColorImage& colors, const TrackWorld& world, TrackBlock* block)
       : view_idx_(view_idx),
         view_(view),
+        grids_(grids),
         colors_(colors),
         world_(world),
         block_(block),
@@ -91,8 +93,8 @@ class TrackMaker {
     }
     if (!(velocity > 0)) return point;
     InterestPoint smooth = point;
-    const PixelPlane fit = FitPlane(world_.grids[static_cast<size_t>(view_idx_)], point.position,
-                                    point.plane, kMatchErrorPx / velocity, kFitReach);
+    const PixelPlane fit =
+        FitPlane(*grids_.own, point.position, point.plane, kMatchErrorPx / velocity, kFitReach);
     smooth.plane.slope_x = fit.slope_x;
     smooth.plane.slope_y = fit.slope_y;
     return smooth;
@@ -100,9 +102,9 @@ class TrackMaker {
 
   void AskSlot(const InterestPoint& point, size_t slot) {
     const Pairing& pairing = view_.pairings[slot];
-    const Witness witness = AskWitness(pairing, world_.grids[static_cast<size_t>(pairing.view_idx)],
-                                       point.position, point.plane.inverse_depth,
-                                       static_cast<float>(world_.options.max_mutual_error_px));
+    const Witness witness =
+        AskWitness(pairing, *grids_.others[slot], point.position, point.plane.inverse_depth,
+                   static_cast<float>(world_.options.max_mutual_error_px));
     const bool mutual = witness.testimony == Testimony::kConfirmed;
     if (!mutual && witness.testimony != Testimony::kUnknown) return;
     const float min_ncc = view_.min_ncc + (mutual ? 0.0f : kUnknownExtraNcc);
@@ -211,7 +213,7 @@ class TrackMaker {
     views.clear();
     for (const Observer& observer : observers_) {
       views.push_back(static_cast<uint32_t>(observer.view_idx));
-      if (observer.mutual && observer.view_idx != view_idx_) Cover(point, observer);
+      if (observer.mutual && observer.view_idx > view_idx_) Cover(point, observer);
     }
     block_->cloud.Add(x.cast<float>(), NormalInWorld(point).cast<float>(), ColorAt(point.position),
                       views);
@@ -236,7 +238,7 @@ class TrackMaker {
 
   void Cover(const InterestPoint& point, const Observer& observer) {
     const Pairing& pairing = view_.pairings[observer.slot];
-    const PointGrid& grid = world_.grids[static_cast<size_t>(observer.view_idx)];
+    const PointGrid& grid = *grids_.others[observer.slot];
     const Eigen::Vector3f seen = pairing.there.Transfer(point.position, point.plane.inverse_depth);
     const Eigen::Vector2f place = seen.head<2>() / seen.z();
     const float radius = kCoverRadius * grid.spacing;
@@ -253,6 +255,7 @@ class TrackMaker {
 
   int view_idx_;
   const SearchView& view_;
+  const NeighborGrids& grids_;
   const ColorImage& colors_;
   const TrackWorld& world_;
   TrackBlock* block_;
@@ -280,30 +283,39 @@ void AddBlock(const TrackBlock& block, TrackWorld* world, VisibilityCloud* cloud
                block.cloud.ViewsOf(p));
   }
   for (const CoveredCell& covered : block.covered) {
-    world->covered[static_cast<size_t>(covered.view_idx)].pixels[covered.cell] = 1;
+    world->covered[static_cast<size_t>(covered.view_idx)][covered.cell] = true;
   }
   AddCounters(block.counters, counters);
 }
 
 }  // namespace
 
-void MakeTracks(int view_idx, const SearchView& view, const ColorImage& colors,
-                const RunContext& context, TrackWorld* world, VisibilityCloud* cloud,
-                QuasiDenseCounters* counters) {
-  const PointGrid& grid = world->grids[static_cast<size_t>(view_idx)];
-  const Raster<uint8_t>& covered = world->covered[static_cast<size_t>(view_idx)];
+VisibilityCloud MakeTracks(int view_idx, const SearchView& view, const NeighborGrids& grids,
+                           const ColorImage& colors, const RunContext& context, TrackWorld* world,
+                           QuasiDenseCounters* counters) {
+  const PointGrid& grid = *grids.own;
+  std::vector<bool> covered = std::exchange(world->covered[static_cast<size_t>(view_idx)], {});
+  covered.resize(grid.cells.size());
   const size_t num_rows = static_cast<size_t>(grid.cells.height);
   std::vector<TrackBlock> blocks((num_rows + kRowsOfBlock - 1) / kRowsOfBlock);
   ParallelBlocks(context, num_rows, kRowsOfBlock, [&](size_t begin, size_t end) {
-    TrackMaker maker(view_idx, view, colors, *world, &blocks[begin / kRowsOfBlock]);
+    TrackMaker maker(view_idx, view, grids, colors, *world, &blocks[begin / kRowsOfBlock]);
     const size_t width = static_cast<size_t>(grid.cells.width);
     for (size_t cell = begin * width; cell < end * width; ++cell) {
-      if (grid.cells.pixels[cell].matched() && covered.pixels[cell] == 0) {
+      if (grid.cells.pixels[cell].matched() && !covered[cell]) {
         maker.Make(grid.cells.pixels[cell]);
       }
     }
   });
-  for (const TrackBlock& block : blocks) AddBlock(block, world, cloud, counters);
+  for (size_t s = 0; s < view.pairings.size(); ++s) {
+    const int other = view.pairings[s].view_idx;
+    if (other > view_idx) {
+      world->covered[static_cast<size_t>(other)].resize(grids.others[s]->cells.size());
+    }
+  }
+  VisibilityCloud cloud;
+  for (const TrackBlock& block : blocks) AddBlock(block, world, &cloud, counters);
+  return cloud;
 }
 
 }  // namespace lsmvs::quasi_dense

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,19 +18,40 @@
 namespace lsmvs::quasi_dense {
 namespace {
 
-QuasiDenseResult Match(const PhotoScene& scene, const QuasiDenseOptions& options = {},
-                       int num_threads = 2) {
-  return MatchQuasiDense(scene.synthetic.scene, *scene.images, scene.neighbors, {}, options,
-                         RunContext(num_threads));
+struct Matched : QuasiDenseResult {
+  VisibilityCloud cloud;  // all that went to the sink
+};
+
+// What MatchQuasiDense says and gives.
+Matched MatchAll(const Scene& scene, const ImageStore& images,
+                 const std::vector<std::vector<Neighbor>>& neighbors,
+                 std::span<const std::vector<Eigen::Vector2f>> keypoints,
+                 const QuasiDenseOptions& options, const RunContext& context) {
+  Matched matched;
+  const auto append = [&](const VisibilityCloud& part) {
+    for (size_t p = 0; p < part.size(); ++p) {
+      matched.cloud.Add(part.positions[p], part.normals[p], part.colors[p], part.ViewsOf(p));
+    }
+  };
+  static_cast<QuasiDenseResult&>(matched) =
+      MatchQuasiDense(scene, images, neighbors, keypoints, options, append, context);
+  EXPECT_EQ(matched.num_points, matched.cloud.size());
+  EXPECT_EQ(matched.num_observations, matched.cloud.view_idxs.size());
+  return matched;
+}
+
+Matched Match(const PhotoScene& scene, const QuasiDenseOptions& options = {}, int num_threads = 2) {
+  return MatchAll(scene.synthetic.scene, *scene.images, scene.neighbors, {}, options,
+                  RunContext(num_threads));
 }
 
 // Matched once.
 const VisibilityCloud& SphereCloud() {
-  static const QuasiDenseResult result = Match(SphereScene());
+  static const Matched result = Match(SphereScene());
   return result.cloud;
 }
 const VisibilityCloud& ReliefCloud() {
-  static const QuasiDenseResult result = Match(ReliefScene());
+  static const Matched result = Match(ReliefScene());
   return result.cloud;
 }
 
@@ -126,7 +148,7 @@ TEST(QuasiDenseMatcher, CoversTheSurface) {
 }
 
 TEST(QuasiDenseMatcher, SameBytesForAnyNumberOfThreads) {
-  const QuasiDenseResult one = Match(SphereScene(), {}, 1);
+  const Matched one = Match(SphereScene(), {}, 1);
   const VisibilityCloud& two = SphereCloud();
   ASSERT_EQ(one.cloud.size(), two.size());
   EXPECT_EQ(one.cloud.positions, two.positions);
@@ -137,7 +159,7 @@ TEST(QuasiDenseMatcher, SameBytesForAnyNumberOfThreads) {
 }
 
 TEST(QuasiDenseMatcher, CountersAndPhasesAddUp) {
-  const QuasiDenseResult result = Match(SphereScene());
+  const Matched result = Match(SphereScene());
   const QuasiDenseCounters& counters = result.counters;
   EXPECT_EQ(result.status, QuasiDenseStatus::kSuccess);
   EXPECT_THAT(result.message, testing::HasSubstr("points"));
@@ -157,8 +179,7 @@ TEST(QuasiDenseMatcher, DoesNotDependOnTheUnit) {
   Scene large = photos.synthetic.scene;
   for (View& view : large.views) view.cam_from_world.translation *= kScale;
   for (SparsePoint& point : large.points) point.x_in_world *= kScale;
-  const QuasiDenseResult result =
-      MatchQuasiDense(large, *photos.images, photos.neighbors, {}, {}, RunContext(2));
+  const Matched result = MatchAll(large, *photos.images, photos.neighbors, {}, {}, RunContext(2));
   ASSERT_NEAR(static_cast<double>(result.cloud.size()), static_cast<double>(SphereCloud().size()),
               0.002 * static_cast<double>(SphereCloud().size()));
   double worst = 0;
@@ -173,7 +194,7 @@ TEST(QuasiDenseMatcher, MasksAndBoxesKeepOut) {
   const PhotoScene& photos = SphereScene();
   QuasiDenseOptions options;
   options.bounding_box = Eigen::AlignedBox3d(Eigen::Vector3d(-2, -2, 0), Eigen::Vector3d(2, 2, 2));
-  const QuasiDenseResult boxed = Match(photos, options);
+  const Matched boxed = Match(photos, options);
   ASSERT_GT(boxed.cloud.size(), 800u);
   EXPECT_GT(boxed.counters.num_dropped_outside, 100u);
   for (const Eigen::Vector3f& x : boxed.cloud.positions) EXPECT_GE(x.z(), 0);
@@ -190,8 +211,7 @@ TEST(QuasiDenseMatcher, MasksAndBoxesKeepOut) {
     WriteImage((masks.path() / (view.name + ".png")).string(), mask);
   }
   const auto images = MakeImageStore(scene, {});
-  const QuasiDenseResult masked =
-      MatchQuasiDense(scene, *images, photos.neighbors, {}, {}, RunContext(2));
+  const Matched masked = MatchAll(scene, *images, photos.neighbors, {}, {}, RunContext(2));
   EXPECT_GT(masked.cloud.size(), 300u);
   EXPECT_LT(masked.counters.num_interest_points, SphereCloud().size() * 3);
   for (size_t p = 0; p < masked.cloud.size(); ++p) {
@@ -211,8 +231,8 @@ TEST(QuasiDenseMatcher, KeypointsJoin) {
   const PhotoScene& photos = SphereScene();
   std::vector<std::vector<Eigen::Vector2f>> keypoints(photos.synthetic.scene.views.size());
   for (auto& list : keypoints) list = {{100.25f, 75.75f}, {90.5f, 70.5f}};
-  const QuasiDenseResult result = MatchQuasiDense(photos.synthetic.scene, *photos.images,
-                                                  photos.neighbors, keypoints, {}, RunContext(2));
+  const Matched result = MatchAll(photos.synthetic.scene, *photos.images, photos.neighbors,
+                                  keypoints, {}, RunContext(2));
   // Views without neighbours take part in nothing.
   EXPECT_GT(result.counters.num_joined_keypoints, keypoints.size());
   EXPECT_EQ(result.counters.num_joined_keypoints % 2, 0u);
@@ -222,15 +242,15 @@ TEST(QuasiDenseMatcher, KeypointsJoin) {
 TEST(QuasiDenseMatcher, NoNeighborsNoPoints) {
   const PhotoScene& photos = SphereScene();
   const std::vector<std::vector<Neighbor>> none(photos.synthetic.scene.views.size());
-  const QuasiDenseResult result =
-      MatchQuasiDense(photos.synthetic.scene, *photos.images, none, {}, {}, RunContext(1));
+  const Matched result =
+      MatchAll(photos.synthetic.scene, *photos.images, none, {}, {}, RunContext(1));
   EXPECT_EQ(result.status, QuasiDenseStatus::kNoNeighbors);
   EXPECT_EQ(result.cloud.size(), 0u);
   EXPECT_FALSE(result.message.empty());
 
   const Scene empty;
   const auto images = MakeImageStore(empty, {});
-  EXPECT_EQ(MatchQuasiDense(empty, *images, {}, {}, {}, RunContext(1)).status,
+  EXPECT_EQ(MatchAll(empty, *images, {}, {}, {}, RunContext(1)).status,
             QuasiDenseStatus::kNoNeighbors);
 }
 
@@ -239,14 +259,14 @@ TEST(QuasiDenseMatcher, WithoutSparsePointsTheRangeMustBeGiven) {
   Scene scene = photos.synthetic.scene;
   scene.points.clear();
   const auto match = [&](const QuasiDenseOptions& options) {
-    return MatchQuasiDense(scene, *photos.images, photos.neighbors, {}, options, RunContext(2));
+    return MatchAll(scene, *photos.images, photos.neighbors, {}, options, RunContext(2));
   };
   EXPECT_EQ(match({}).status, QuasiDenseStatus::kNoDepthRange);
   QuasiDenseOptions options;
   const std::vector<DepthRange> ranges = EstimateDepthRanges(photos.synthetic.scene);
   options.depth_min = ranges[0].min;
   options.depth_max = ranges[0].max;
-  const QuasiDenseResult result = match(options);
+  const Matched result = match(options);
   EXPECT_EQ(result.status, QuasiDenseStatus::kSuccess);
   ExpectAccurate(result.cloud, photos);
 }
@@ -261,8 +281,7 @@ TEST(QuasiDenseMatcher, TexturelessPhotosMatchNothing) {
                ColorImage(view.camera.width, view.camera.height, Color(90, 90, 90)));
   }
   const auto images = MakeImageStore(scene, {});
-  const QuasiDenseResult result =
-      MatchQuasiDense(scene, *images, photos.neighbors, {}, {}, RunContext(2));
+  const Matched result = MatchAll(scene, *images, photos.neighbors, {}, {}, RunContext(2));
   EXPECT_EQ(result.status, QuasiDenseStatus::kNoMatches);
   EXPECT_EQ(result.cloud.size(), 0u);
   EXPECT_EQ(result.counters.num_interest_points, 0u);
@@ -271,7 +290,7 @@ TEST(QuasiDenseMatcher, TexturelessPhotosMatchNothing) {
 TEST(QuasiDenseMatcher, ReducedScalesStillWork) {
   QuasiDenseOptions options;
   options.finest_level = 1;
-  const QuasiDenseResult half = Match(ReliefScene(), options);
+  const Matched half = Match(ReliefScene(), options);
   EXPECT_GT(half.cloud.size(), 800u);
   EXPECT_GT(
       MeasureCloud(half.cloud, ReliefScene().synthetic).Within(4 * ReliefScene().synthetic.gsd),
@@ -282,14 +301,24 @@ TEST(QuasiDenseMatcher, ReducedScalesStillWork) {
   ExpectAccurate(Match(ReliefScene(), options).cloud, ReliefScene());
 }
 
+TEST(QuasiDenseMatcher, MemoryBudgetDoesNotChangeTheResult) {
+  RunContext context(2);
+  context.memory_budget_bytes = 1 << 16;  // less than one grid
+  const PhotoScene& photos = ReliefScene();
+  const VisibilityCloud cloud =
+      MatchAll(photos.synthetic.scene, *photos.images, photos.neighbors, {}, {}, context).cloud;
+  EXPECT_EQ(cloud.positions, ReliefCloud().positions);
+  EXPECT_EQ(cloud.normals, ReliefCloud().normals);
+  EXPECT_EQ(cloud.view_idxs, ReliefCloud().view_idxs);
+}
+
 TEST(QuasiDenseMatcher, StopsWhenCancelled) {
   const std::atomic<bool> cancel = true;
   RunContext context(2);
   context.cancel = &cancel;
   const PhotoScene& photos = SphereScene();
-  EXPECT_THROW(
-      MatchQuasiDense(photos.synthetic.scene, *photos.images, photos.neighbors, {}, {}, context),
-      CancelledError);
+  EXPECT_THROW(MatchAll(photos.synthetic.scene, *photos.images, photos.neighbors, {}, {}, context),
+               CancelledError);
 }
 
 TEST(QuasiDenseMatcher, MissingPhotosAreInputErrors) {
@@ -297,8 +326,7 @@ TEST(QuasiDenseMatcher, MissingPhotosAreInputErrors) {
   Scene scene = photos.synthetic.scene;
   scene.image_folder = "/nonexistent";
   const auto images = MakeImageStore(scene, {});
-  EXPECT_THROW(MatchQuasiDense(scene, *images, photos.neighbors, {}, {}, RunContext(2)),
-               InputError);
+  EXPECT_THROW(MatchAll(scene, *images, photos.neighbors, {}, {}, RunContext(2)), InputError);
 }
 
 TEST(QuasiDenseMatcher, ProgressGrowsToOne) {
@@ -314,7 +342,7 @@ TEST(QuasiDenseMatcher, ProgressGrowsToOne) {
   const PhotoScene& photos = SphereScene();
   QuasiDenseOptions options;
   options.spacing_px = 6;
-  MatchQuasiDense(photos.synthetic.scene, *photos.images, photos.neighbors, {}, options, context);
+  MatchAll(photos.synthetic.scene, *photos.images, photos.neighbors, {}, options, context);
   EXPECT_EQ(sink.last, 1);
 }
 
@@ -331,8 +359,8 @@ TEST(QuasiDenseOptions, EachBoundIsChecked) {
     EXPECT_FALSE(options.Check(&error)) << field;
     EXPECT_THAT(error, testing::HasSubstr("QuasiDenseMatching." + field));
     const PhotoScene& photos = SphereScene();
-    EXPECT_THROW(MatchQuasiDense(photos.synthetic.scene, *photos.images, photos.neighbors, {},
-                                 options, RunContext(1)),
+    EXPECT_THROW(MatchAll(photos.synthetic.scene, *photos.images, photos.neighbors, {}, options,
+                          RunContext(1)),
                  UsageError);
   };
   expect_refused("spacing_px", [](auto* o) { o->spacing_px = 0.5; });

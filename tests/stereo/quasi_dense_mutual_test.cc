@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <vector>
 
 #include "lsmvs/synthetic/cameras.h"
@@ -82,8 +83,9 @@ struct TwoGrids {
 
 TEST(QuasiDenseMutual, AgreesWithTheObviousCheck) {
   const TwoGrids scene;
-  const Raster<uint32_t> confirmed =
-      ConfirmedSlots(scene.grids[0], scene.pairings, scene.grids, kTolerance, RunContext(2));
+  const Raster<uint32_t> confirmed = ConfirmedSlots(
+      {std::make_shared<PointGrid>(scene.grids[0]), {std::make_shared<PointGrid>(scene.grids[1])}},
+      scene.pairings, kTolerance, RunContext(2));
   int num_confirmed = 0, num_refused = 0;
   for (size_t cell = 0; cell < confirmed.size(); ++cell) {
     const InterestPoint& point = scene.grids[0].cells.pixels[cell];
