@@ -87,6 +87,10 @@ HWY_INLINE Warp MakeWarp(const PatchPacket& patch, const WindowShape& window,
   warp.xv = hn::NegMulAdd(warp.x, warp.tilt_v, hn::Mul(along_v[0], inverse));
   warp.yu = hn::NegMulAdd(warp.y, warp.tilt_u, hn::Mul(along_u[1], inverse));
   warp.yv = hn::NegMulAdd(warp.y, warp.tilt_v, hn::Mul(along_v[1], inverse));
+  const F stretch = hn::Load(df, patch.stretch + lane);
+  for (F* value : {&warp.xu, &warp.xv, &warp.yu, &warp.yv, &warp.tilt_u, &warp.tilt_v}) {
+    *value = hn::Mul(*value, stretch);
+  }
   const float reach = static_cast<float>(window.half * window.step);
   CheckCorner(source, -reach, -reach, &warp);
   CheckCorner(source, -reach, reach, &warp);
@@ -206,15 +210,16 @@ void BuildPatchImpl(const GrayImage& gray, const PatchWeights& weights, PatchPac
   for (size_t lane = 0; lane < kPacketSize; lane += hn::Lanes(df)) {
     const I column = hn::ConvertTo(di, hn::Load(df, patch->u + lane));
     const I row = hn::ConvertTo(di, hn::Load(df, patch->v + lane));
+    const I stretch = hn::ConvertTo(di, hn::Load(df, patch->stretch + lane));
     const F center = hn::GatherIndex(df, pixels, hn::Add(hn::Mul(row, width), column));
     F sum_weights = hn::Zero(df), sum = hn::Zero(df);
     int sample = 0;
     for (int y = -window.half; y <= window.half; ++y) {
-      const I wanted_row = hn::Add(row, hn::Set(di, y * window.step));
+      const I wanted_row = hn::Add(row, hn::Mul(stretch, hn::Set(di, y * window.step)));
       const I used_row = hn::Max(zero, hn::Min(wanted_row, last_row));
       const I row_begin = hn::Mul(used_row, width);
       for (int x = -window.half; x <= window.half; ++x, ++sample) {
-        const I wanted = hn::Add(column, hn::Set(di, x * window.step));
+        const I wanted = hn::Add(column, hn::Mul(stretch, hn::Set(di, x * window.step)));
         const I used = hn::Max(zero, hn::Min(wanted, last_column));
         const auto inside = hn::And(hn::Eq(wanted, used), hn::Eq(wanted_row, used_row));
         const F value = hn::GatherIndex(df, pixels, hn::Add(row_begin, used));
@@ -278,8 +283,16 @@ void BuildPatch(const GrayImage& gray, const PatchWeights& weights, const Packet
   for (int lane = 0; lane < kPacketSize; ++lane) {
     patch->u[lane] = static_cast<float>(pixels[static_cast<size_t>(lane)].column) + 0.5f;
     patch->v[lane] = static_cast<float>(pixels[static_cast<size_t>(lane)].row) + 0.5f;
+    patch->stretch[lane] = 1;
   }
   HWY_DYNAMIC_DISPATCH(BuildPatchImpl)(gray, weights, patch);
+  bool any_plain = false;
+  for (int lane = 0; lane < kPacketSize; ++lane) {
+    const bool plain = patch->variance[lane] < weights.min_variance;
+    patch->stretch[lane] = plain ? 2 : 1;
+    any_plain |= plain;
+  }
+  if (any_plain) HWY_DYNAMIC_DISPATCH(BuildPatchImpl)(gray, weights, patch);
 }
 
 void ScorePacket(const PatchPacket& patch, const WindowShape& window, const PlanePacket& planes,

@@ -27,6 +27,7 @@ constexpr int kMaxWindowSamples = kMaxWindowSide * kMaxWindowSide;
 // What stays the same for every plane and every view tried on 16 pixels.
 struct alignas(64) PatchPacket {
   float u[kPacketSize], v[kPacketSize];  // image coordinates of the pixels' centres
+  float stretch[kPacketSize];  // per lane: the window's samples lie so many times as far apart
   // Per lane the weighted variance of the window, grey levels squared; weights sum to 1.
   float variance[kPacketSize];
   float weight[kMaxWindowSamples][kPacketSize];
@@ -53,6 +54,9 @@ struct PatchWeights {
   PatchWeights(const WindowShape& shape, double sigma_px, double sigma_gray);
 
   WindowShape window;
+  // Windows of less variance (grey levels squared) are stretched to twice the size, with as many
+  // samples: where there is little texture, more of it comes in.
+  float min_variance = 0;
   std::vector<float> spatial;  // a sample
   std::vector<float> color;    // by |grey difference| in steps of 1/kColorSteps
 };
@@ -63,7 +67,8 @@ struct PixelPosition {
 };
 using PacketPixels = std::array<PixelPosition, kPacketSize>;
 
-// Fills a packet: bilateral weights, weighted greys, variances. Samples outside the image weigh 0.
+// Fills a packet: stretch, bilateral weights, weighted greys, variances. Samples outside the image
+// weigh 0.
 void BuildPatch(const GrayImage& gray, const PatchWeights& weights, const PacketPixels& pixels,
                 PatchPacket* patch);
 

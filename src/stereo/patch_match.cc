@@ -34,6 +34,8 @@ constexpr double kWidenNear = 1.6, kWidenFar = 3.2;
 // times that of the noise: of windows of noise alone, one in 400 gets there.
 constexpr int kTextureRadius = 2;
 constexpr float kMinTextureToNoise = 2;
+// Windows whose grey variance is not so many times that of the noise are taken twice as wide.
+constexpr float kMinWindowToNoise = 4;
 // Displacement in the neighbours by which a plain zone may bulge out of its rim's chord, and by
 // which the depths of adjacent pixels of one surface differ; pixels.
 constexpr double kMaxPlainBulgePx = 4, kMaxPlainStepPx = 1.5;
@@ -187,6 +189,7 @@ Level ViewMatcher::MakeLevel(int level) const {
   const double reduction = std::pow(4.0, level);
   problem.noise_variance = static_cast<float>(
       std::max(kRoundingVariance, options_.noise_sigma * options_.noise_sigma / reduction));
+  problem.weights.min_variance = kMinWindowToNoise * problem.noise_variance;
   problem.geometric_weight = static_cast<float>(options_.geom_consistency_regularizer);
   problem.geometric_max_px = static_cast<float>(options_.geom_consistency_max_cost);
   for (const int neighbor_idx : neighbor_idxs_) {

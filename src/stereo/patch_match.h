@@ -27,7 +27,8 @@ namespace lsmvs {
 //                resolution and filters. What fusion takes.
 // Without `geom_consistency` there is the photometric pass alone: full resolution and filtered.
 struct PatchMatchOptions {
-  // Half size of the matching window in pixels, at every level. Larger blurs detail: a plane does
+  // Half size of the matching window in pixels, at every level; twice that where there is little
+  // texture above noise_sigma. Larger blurs detail: a plane does
   // not fit the surface over the window, least of all across an edge of depth. 5 x 5 samples close
   // together lie nearer to the truth than as many over 11 x 11 pixels, even with three times the
   // usual sensor noise; what a small window cannot tell apart, the coarser levels have settled.
@@ -45,7 +46,7 @@ struct PatchMatchOptions {
   std::optional<double> sigma_spatial;
   double sigma_color = 0.2;
   // Standard deviation of the sensor noise, in grey levels of 0-255. Windows with less texture than
-  // that take their plane from a coarser level.
+  // that take their plane from a coarser level; those with less than twice as much are wider.
   double noise_sigma = 2.0;
 
   // Run the geometric pass.

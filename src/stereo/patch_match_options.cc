@@ -4,9 +4,11 @@ namespace lsmvs {
 
 void PatchMatchOptions::Describe(OptionSet* options) {
   const auto name = [](const char* field) { return std::string("PatchMatchStereo.") + field; };
-  options->Add(name("window_radius"), &window_radius,
-               "half size of the matching window, pixels; larger is smoother and blurs detail",
-               {1, 20});
+  options->Add(
+      name("window_radius"), &window_radius,
+      "half size of the matching window, pixels, doubled where there is little texture; larger "
+      "is smoother and blurs detail",
+      {1, 20});
   options->Add(name("window_step"), &window_step,
                "pixels between samples of a window; larger is faster and noisier", {1, 10});
   options->Add(name("num_iterations"), &num_iterations, "sweeps over the coarsest level", {1, 100});

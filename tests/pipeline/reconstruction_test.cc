@@ -35,7 +35,9 @@ class NamedFiles : public WorkspaceFiles {
   }
   VisibilityCloud ReadCloud(const fs::path&, const Scene&) const override { return {}; }
   void WriteCloud(const Scene&, const std::vector<fs::path>&,
-                  const std::function<void(const CloudSink&)>&) const override {}
+                  const std::function<void(const CloudSink&)>& write) const override {
+    write([](const VisibilityCloud&) {});
+  }
   fs::path KeypointFile() const override { return "/w/database"; }
   std::vector<std::vector<Eigen::Vector2f>> ReadKeypoints(const Scene&) const override {
     return {};

@@ -164,6 +164,36 @@ TEST(ScorePacket, RefusesPlanesBehindAndWindowsOutside) {
   for (const float value : zncc) EXPECT_EQ(value, kInvalidZncc);
 }
 
+// Lanes of little variance must be as if the window had twice the step (and the Gaussian twice the
+// width), the others as if nothing were stretched.
+TEST(ScorePacket, StretchesWindowsOfLittleVarianceOnly) {
+  const PatchWeights narrow({.half = 2, .step = 1}, 2.0, 51.0);
+  const PatchWeights wide({.half = 2, .step = 2}, 4.0, 51.0);
+  PatchWeights adaptive = narrow;
+  adaptive.min_variance = 150;
+  int num_narrow = 0, num_wide = 0;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const PacketScene scene(seed);
+    PatchPacket by_narrow, by_wide, by_adaptive;
+    BuildPatch(scene.reference, narrow, scene.pixels, &by_narrow);
+    BuildPatch(scene.reference, wide, scene.pixels, &by_wide);
+    BuildPatch(scene.reference, adaptive, scene.pixels, &by_adaptive);
+    alignas(64) float from_narrow[kPacketSize], from_wide[kPacketSize], zncc[kPacketSize];
+    ScorePacket(by_narrow, narrow.window, scene.planes, scene.source, 4.0f, from_narrow);
+    ScorePacket(by_wide, wide.window, scene.planes, scene.source, 4.0f, from_wide);
+    ScorePacket(by_adaptive, adaptive.window, scene.planes, scene.source, 4.0f, zncc);
+    for (int lane = 0; lane < kPacketSize; ++lane) {
+      const bool stretched = by_narrow.variance[lane] < adaptive.min_variance;
+      const PatchPacket& patch = stretched ? by_wide : by_narrow;
+      EXPECT_NEAR(by_adaptive.variance[lane], patch.variance[lane], 1e-3 * patch.variance[lane]);
+      EXPECT_NEAR(zncc[lane], (stretched ? from_wide : from_narrow)[lane], 1e-4);
+      (stretched ? num_wide : num_narrow) += zncc[lane] != kInvalidZncc;
+    }
+  }
+  EXPECT_GT(num_narrow, 30);
+  EXPECT_GT(num_wide, 30);
+}
+
 TEST(BuildPatch, WeightsSumToOneAndGraysAreCentered) {
   const PacketScene scene(4);
   for (int lane = 0; lane < kPacketSize; ++lane) {
