@@ -17,7 +17,14 @@ inline size_t LargestImagePixels(const ImageStore& images, int level = 0) {
   return num_pixels;
 }
 
-// Of a photo with all its levels in grey.
-inline constexpr size_t kPhotoBytesPerPixel = 6;
+// Views that caches hold at most: those that one view has to do with. More would make memory grow
+// with the number of photos and save little time.
+inline constexpr size_t kViewsHeld = 12;
+
+// Lets go of all but about the photos of so many views.
+inline void TrimToViewsHeld(const ImageStore& images) {
+  constexpr size_t kBytesPerPixel = 6;  // of a photo with all its levels in grey
+  images.Trim(kViewsHeld * kBytesPerPixel * LargestImagePixels(images));
+}
 
 }  // namespace lsmvs

@@ -15,11 +15,8 @@ namespace {
 constexpr const char* kStereoVersion = "5";
 constexpr const char* kFusionVersion = "5";
 
-// Part of the memory budget that cached depth maps may take, and the number of views that are
-// cached at most: those that one view has to do with. More would make memory grow with the number
-// of photos and save little time.
+// Part of the memory budget that cached depth maps may take.
 constexpr size_t kMapBudgetDivisor = 4;
-constexpr size_t kViewsHeld = 12;
 // Of a depth map with normals.
 constexpr size_t kMapBytesPerPixel = 16;
 
@@ -75,8 +72,7 @@ TaskCounts RunStereo(const Reconstruction& reconstruction, int view_idx, DepthMa
                        reconstruction.neighbors[view], reconstruction.depth_ranges[view],
                        maps.get(), reconstruction.options.patch_match, run.context);
   reconstruction.files->WriteDepthMap(reconstruction.scene.views[view], kind, map, run.outputs);
-  reconstruction.images->Trim(kViewsHeld * kPhotoBytesPerPixel *
-                              LargestImagePixels(*reconstruction.images));
+  TrimToViewsHeld(*reconstruction.images);
   return {{"maps", 1.0}, {"depths", CountDepths(map)}};
 }
 

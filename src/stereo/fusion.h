@@ -31,7 +31,7 @@ struct FusionOptions {
   double max_normal_error = 90.0;
   // One view less than min_num_pixels is enough (but never one alone) where views agree within so
   // many pixels and no view sees through the point, so that borders of the scene, which few views
-  // see, are not lost. Such pixels must hang together over the area of a matching window. 0: never.
+  // see, are not lost. Such pixels must hang together over the area of 11 x 11 pixels. 0: never.
   // Lower is cleaner.
   double weak_max_reproj_error = 2.0;
   // Views checked a reference view, nearest first.

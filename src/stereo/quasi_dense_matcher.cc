@@ -28,9 +28,6 @@ constexpr int kCoarsestLongerSide = 256;
 constexpr int kSmallestSide = 24;  // pixels below which a scale is of no use
 // Shares of the memory budget: one in so many.
 constexpr size_t kBudgetShareOfImages = 5, kBudgetShareOfGrids = 5;
-// Views of which images and interest points are held at most: those that one view has to do with.
-// More would make memory grow with the number of photos and save little time.
-constexpr size_t kViewsHeld = 12;
 
 size_t ImageBudget(const ImageStore& images, const QuasiDenseOptions& options, size_t budget) {
   return std::min(budget / kBudgetShareOfImages,
@@ -138,7 +135,7 @@ class Matcher {
     const int num_views = scene_.num_views();
     for (int v = 0; v < num_views; ++v) {
       if (Active(v)) MatchView(v, level, coarsest);
-      TrimPhotos();
+      TrimToViewsHeld(images_);
       context.Report((v + 1.0) / num_views);
     }
     KeepMutual(level);
@@ -158,10 +155,6 @@ class Matcher {
     }
     num_patches += Propagate(view, context_, &grid);
     grids_->Put(view_idx, std::move(grid));
-  }
-
-  void TrimPhotos() const {
-    images_.Trim(kViewsHeld * kPhotoBytesPerPixel * LargestImagePixels(images_));
   }
 
   std::unique_ptr<GridStore> NewGrids() const {
@@ -268,7 +261,7 @@ class Matcher {
         result_->num_points += part.size();
         result_->num_observations += part.view_idxs.size();
         if (part.size() > 0) sink(part);
-        TrimPhotos();
+        TrimToViewsHeld(images_);
       }
       context.Report((v + 1.0) / scene_.num_views());
     }
