@@ -85,7 +85,7 @@ ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const Stag
   seeded.seed = context.run.seed;
   ReconstructionPtr reconstruction = MakeReconstruction(
       LoadScene(workspace, load), MakeColmapWorkspaceFiles(workspace, stage.Database(workspace)),
-      seeded, context.run.memory_budget_bytes);
+      seeded, context.run);
   WarnWithoutMasks(*reconstruction);
   return reconstruction;
 }

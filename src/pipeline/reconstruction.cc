@@ -13,19 +13,20 @@ constexpr size_t kImageBudgetDivisor = 4;
 
 std::shared_ptr<const Reconstruction> MakeReconstruction(
     Scene scene, std::shared_ptr<const WorkspaceFiles> files, const ReconstructionOptions& options,
-    size_t memory_budget_bytes) {
+    const RunContext& context) {
   std::string error;
   if (!options.Check(&error)) throw UsageError(error);
   auto reconstruction = std::make_shared<Reconstruction>();
   reconstruction->scene = std::move(scene);
   reconstruction->files = std::move(files);
   reconstruction->options = options;
-  reconstruction->memory_budget_bytes = memory_budget_bytes;
+  reconstruction->memory_budget_bytes = context.memory_budget_bytes;
   ImageStoreOptions images;
   images.max_image_size = options.max_image_size;
-  images.budget_bytes = memory_budget_bytes / kImageBudgetDivisor;
+  images.budget_bytes = context.memory_budget_bytes / kImageBudgetDivisor;
   reconstruction->images = MakeImageStore(reconstruction->scene, images);
-  reconstruction->neighbors = SelectNeighbors(reconstruction->scene, options.view_selection);
+  reconstruction->neighbors =
+      SelectNeighbors(reconstruction->scene, options.view_selection, context);
   reconstruction->depth_ranges = EstimateDepthRanges(reconstruction->scene);
   return reconstruction;
 }

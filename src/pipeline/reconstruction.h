@@ -28,10 +28,10 @@ struct Reconstruction {
   std::vector<DepthRange> depth_ranges;
 };
 
-// Throws UsageError for options out of range.
+// For work within the context's budget of memory. Throws UsageError for options out of range.
 std::shared_ptr<const Reconstruction> MakeReconstruction(
     Scene scene, std::shared_ptr<const WorkspaceFiles> files, const ReconstructionOptions& options,
-    size_t memory_budget_bytes);
+    const RunContext& context);
 
 using ReconstructionPtr = std::shared_ptr<const Reconstruction>;
 

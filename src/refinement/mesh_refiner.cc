@@ -51,7 +51,8 @@ std::vector<uint8_t> HeldOut(int num_views, int every) {
 // Ordered pairs of each view and its best neighbours, sorted. Held-out views take no part, or all
 // if there are none.
 std::vector<ViewPair> NeighborPairs(const Scene& scene, const MeshRefinerOptions& options,
-                                    int max_num_neighbors, const std::vector<uint8_t>& held_out) {
+                                    int max_num_neighbors, const std::vector<uint8_t>& held_out,
+                                    const RunContext& context) {
   ViewSelectionOptions selection;
   // Enough that the neighbours that take part are as many as asked for.
   selection.max_num_neighbors =
@@ -59,7 +60,7 @@ std::vector<ViewPair> NeighborPairs(const Scene& scene, const MeshRefinerOptions
   selection.min_triangulation_angle_deg = options.min_triangulation_angle_deg / 2;
   selection.max_triangulation_angle_deg =
       std::max(options.max_triangulation_angle_deg, selection.min_triangulation_angle_deg);
-  const auto neighbors = SelectNeighbors(scene, selection);
+  const auto neighbors = SelectNeighbors(scene, selection, context);
   std::vector<ViewPair> pairs;
   for (int i = 0; i < scene.num_views(); ++i) {
     int taken = 0;
@@ -110,7 +111,7 @@ class MeshRefiner {
     result_.mesh.faces = std::move(mesh.faces);
     input_ = result_.mesh.vertices;
     candidates_ = NeighborPairs(scene_, options_, options_.max_num_neighbors,
-                                HeldOut(scene_.num_views(), options_.hold_out_every));
+                                HeldOut(scene_.num_views(), options_.hold_out_every), context_);
     result_.num_pairs = static_cast<int>(candidates_.size());
     result_.prepare_seconds = Seconds() - start;
     if (candidates_.empty()) {
@@ -204,8 +205,9 @@ class MeshRefiner {
     const double start = Seconds();
     const auto views = MakeLevelViews(scene_, images_, 0);
     const std::vector<uint8_t> all_take_part(scene_.views.size(), 0);
-    const auto judges = NeighborPairs(
-        scene_, options_, kGuardNeighborFactor * options_.max_num_neighbors, all_take_part);
+    const auto judges =
+        NeighborPairs(scene_, options_, kGuardNeighborFactor * options_.max_num_neighbors,
+                      all_take_part, context_);
     PairSelectionOptions selection = MakePairSelectionOptions(options_);
     selection.max_pairs_per_face = std::min(options_.max_pairs_per_face, kMaxGuardPairs);
     regions_ = GrowFaceRegions(result_.mesh, kFacesPerGuardRegion);

@@ -4,7 +4,8 @@
 #include <bitset>
 #include <cmath>
 #include <numbers>
-#include <unordered_map>
+#include <numeric>
+#include <span>
 
 #include "lsmvs/geometry/triangulation.h"
 
@@ -18,11 +19,11 @@ constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 constexpr int kCoverageCells = 8;
 constexpr double kMaxFallbackAxisAngleDeg = 45.0;
 
-// What the sparse points say about one ordered pair (reference, neighbour).
+// What the sparse points that two views share say about the second as neighbour of the first.
 struct PairStatistics {
   double score = 0;
   std::vector<float> angles_deg;
-  std::bitset<kCoverageCells * kCoverageCells> cells;
+  std::bitset<kCoverageCells * kCoverageCells> cells;  // of the first view
 };
 
 int CoverageCell(const View& view, const Eigen::Vector3d& x_in_world) {
@@ -34,40 +35,79 @@ int CoverageCell(const View& view, const Eigen::Vector3d& x_in_world) {
 }
 
 double AngleWeight(double angle_deg, double best_deg) {
-  return std::pow(std::min(angle_deg / best_deg, best_deg / std::max(angle_deg, 1e-9)), 1.5);
+  const double ratio = std::min(angle_deg / best_deg, best_deg / std::max(angle_deg, 1e-9));
+  return ratio * std::sqrt(ratio);
 }
 
-uint64_t PairKey(int a, int b) {
-  return (static_cast<uint64_t>(a) << 32) | static_cast<uint32_t>(b);
+// Metres of surface that a pixel covers where the point lies; not positive behind the camera.
+double PixelFootprint(const View& view, const SparsePoint& point) {
+  return view.Depth(point.x_in_world) / view.camera.MeanFocalLength();
 }
 
-using PairMap = std::unordered_map<uint64_t, PairStatistics>;
-
-void AddPoint(const Scene& scene, const std::vector<Eigen::Vector3d>& centers,
-              const ViewSelectionOptions& options, const SparsePoint& point, PairMap* pairs) {
-  std::vector<double> gsds;
-  std::vector<int> cells;
-  for (const int v : point.view_idxs) {
-    const View& view = scene.views[v];
-    gsds.push_back(view.Depth(point.x_in_world) / view.camera.MeanFocalLength());
-    cells.push_back(CoverageCell(view, point.x_in_world));
-  }
-  for (size_t i = 0; i < point.view_idxs.size(); ++i) {
-    for (size_t j = i + 1; j < point.view_idxs.size(); ++j) {
-      if (!(gsds[i] > 0) || !(gsds[j] > 0)) continue;
-      const int a = point.view_idxs[i], b = point.view_idxs[j];
-      const double angle_deg =
-          kDegreesPerRadian * TriangulationAngle(centers[a], centers[b], point.x_in_world);
-      const double weight = AngleWeight(angle_deg, options.best_triangulation_angle_deg) *
-                            std::min(gsds[i] / gsds[j], gsds[j] / gsds[i]);
-      for (const bool forward : {true, false}) {
-        PairStatistics& pair = (*pairs)[forward ? PairKey(a, b) : PairKey(b, a)];
-        pair.score += weight;
-        pair.angles_deg.push_back(static_cast<float>(angle_deg));
-        pair.cells.set(static_cast<size_t>(forward ? cells[i] : cells[j]));
+// Positions of the points that each view sees, view by view.
+class PointsByView {
+ public:
+  explicit PointsByView(const Scene& scene) : begins_(scene.views.size() + 1, 0) {
+    for (const SparsePoint& point : scene.points) {
+      for (const int v : point.view_idxs) ++begins_[static_cast<size_t>(v) + 1];
+    }
+    std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
+    point_idxs_.resize(begins_.back());
+    std::vector<size_t> next = begins_;
+    for (size_t p = 0; p < scene.points.size(); ++p) {
+      for (const int v : scene.points[p].view_idxs) {
+        point_idxs_[next[static_cast<size_t>(v)]++] = static_cast<uint32_t>(p);
       }
     }
   }
+  std::span<const uint32_t> Of(int view_idx) const {
+    const size_t v = static_cast<size_t>(view_idx);
+    return std::span(point_idxs_).subspan(begins_[v], begins_[v + 1] - begins_[v]);
+  }
+
+ private:
+  std::vector<size_t> begins_;
+  std::vector<uint32_t> point_idxs_;
+};
+
+// Adds what one point says about each other view that sees it.
+void AddPoint(const Scene& scene, const std::vector<Eigen::Vector3d>& centers, double best_deg,
+              int view_idx, const SparsePoint& point, std::vector<PairStatistics>* others) {
+  const View& view = scene.views[view_idx];
+  const double footprint = PixelFootprint(view, point);
+  if (!(footprint > 0)) return;
+  const size_t cell = static_cast<size_t>(CoverageCell(view, point.x_in_world));
+  for (const int other : point.view_idxs) {
+    const double other_footprint = PixelFootprint(scene.views[other], point);
+    if (other == view_idx || !(other_footprint > 0)) continue;
+    const double angle_deg =
+        kDegreesPerRadian * TriangulationAngle(centers[view_idx], centers[other], point.x_in_world);
+    PairStatistics& pair = (*others)[static_cast<size_t>(other)];
+    pair.score += AngleWeight(angle_deg, best_deg) *
+                  std::min(footprint / other_footprint, other_footprint / footprint);
+    pair.angles_deg.push_back(static_cast<float>(angle_deg));
+    pair.cells.set(cell);
+  }
+}
+
+// The other views that may be neighbours, in order.
+std::vector<Neighbor> UsableNeighbors(const ViewSelectionOptions& options,
+                                      std::vector<PairStatistics>* others) {
+  std::vector<Neighbor> neighbors;
+  for (size_t other = 0; other < others->size(); ++other) {
+    PairStatistics& pair = (*others)[other];
+    const int num_shared = static_cast<int>(pair.angles_deg.size());
+    if (num_shared < options.min_num_shared_points) continue;
+    const auto middle = pair.angles_deg.begin() + num_shared / 2;
+    std::nth_element(pair.angles_deg.begin(), middle, pair.angles_deg.end());
+    const double angle_deg = *middle;
+    if (angle_deg < options.min_triangulation_angle_deg) continue;
+    if (angle_deg > options.max_triangulation_angle_deg) continue;
+    const double coverage =
+        static_cast<double>(pair.cells.count()) / (kCoverageCells * kCoverageCells);
+    neighbors.push_back({static_cast<int>(other), pair.score * coverage, angle_deg, num_shared});
+  }
+  return neighbors;
 }
 
 std::vector<Neighbor> NearestViews(const Scene& scene, const std::vector<Eigen::Vector3d>& centers,
@@ -108,30 +148,28 @@ void ViewSelectionOptions::Describe(OptionSet* options) {
 }
 
 std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,
-                                                   const ViewSelectionOptions& options) {
+                                                   const ViewSelectionOptions& options,
+                                                   const RunContext& context) {
   std::vector<Eigen::Vector3d> centers;
   for (const View& view : scene.views) centers.push_back(view.CenterInWorld());
-  PairMap pairs;
-  for (const SparsePoint& point : scene.points) AddPoint(scene, centers, options, point, &pairs);
-
+  const PointsByView points(scene);
+  const bool any_shared = std::any_of(scene.points.begin(), scene.points.end(),
+                                      [](const auto& point) { return point.view_idxs.size() > 1; });
   std::vector<std::vector<Neighbor>> neighbors(scene.views.size());
-  for (auto& [key, pair] : pairs) {
-    const int num_shared = static_cast<int>(pair.angles_deg.size());
-    const auto middle = pair.angles_deg.begin() + num_shared / 2;
-    std::nth_element(pair.angles_deg.begin(), middle, pair.angles_deg.end());
-    const double angle_deg = *middle;
-    if (num_shared < options.min_num_shared_points) continue;
-    if (angle_deg < options.min_triangulation_angle_deg) continue;
-    if (angle_deg > options.max_triangulation_angle_deg) continue;
-    const double coverage =
-        static_cast<double>(pair.cells.count()) / (kCoverageCells * kCoverageCells);
-    neighbors[key >> 32].push_back(
-        {static_cast<int>(key & 0xffffffffu), pair.score * coverage, angle_deg, num_shared});
-  }
-  for (int v = 0; v < scene.num_views(); ++v) {
-    if (pairs.empty()) neighbors[v] = NearestViews(scene, centers, v);
+  ParallelFor(context, neighbors.size(), 1, [&](size_t v) {
+    const int view_idx = static_cast<int>(v);
+    if (!any_shared) {
+      neighbors[v] = NearestViews(scene, centers, view_idx);
+    } else {
+      std::vector<PairStatistics> others(scene.views.size());
+      for (const uint32_t p : points.Of(view_idx)) {
+        AddPoint(scene, centers, options.best_triangulation_angle_deg, view_idx, scene.points[p],
+                 &others);
+      }
+      neighbors[v] = UsableNeighbors(options, &others);
+    }
     KeepBest(&neighbors[v], options.max_num_neighbors);
-  }
+  });
   return neighbors;
 }
 

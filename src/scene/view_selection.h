@@ -5,6 +5,7 @@
 
 #include "lsmvs/scene/scene.h"
 #include "lsmvs/util/option_set.h"
+#include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
 
@@ -38,8 +39,10 @@ struct Neighbor {
 // min(angle/best, best/angle)^1.5 and scale_weight = min(gsd ratio, 1/gsd ratio), times how evenly
 // the shared points cover the view. Without any shared points (a model without tracks) the nearest
 // views whose axes agree within 45 degrees are taken. Deterministic; ties are broken by view_idx.
-// O(sum over points of views^2).
+// Time: O(sum over points of views^2). Memory beyond the scene: 4 bytes an observation, and for
+// each thread 4 bytes for every pair of an observation of its view and another of the same point.
 std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,
-                                                   const ViewSelectionOptions& options);
+                                                   const ViewSelectionOptions& options,
+                                                   const RunContext& context);
 
 }  // namespace lsmvs

@@ -55,8 +55,10 @@ constexpr int kNumViews = 4;
 
 ReconstructionPtr Make(const ReconstructionOptions& options = {},
                        size_t memory_budget_bytes = size_t{1} << 30) {
+  RunContext context(1);
+  context.memory_budget_bytes = memory_budget_bytes;
   return MakeReconstruction(MakeScene(ShapeName::kSphere, kNumViews, 64, 48).scene,
-                            std::make_shared<NamedFiles>(), options, memory_budget_bytes);
+                            std::make_shared<NamedFiles>(), options, context);
 }
 
 std::vector<Task> AllTasks(const ReconstructionPtr& reconstruction) {
@@ -163,8 +165,8 @@ TEST(ReconstructionTasks, WithoutSparsePointsTheFirstStageSaysWhatIsMissing) {
   const RunContext context(1);
   const std::vector<fs::path> outputs = {"/nowhere/a", "/nowhere/b"};
   for (const ReconstructionOptions& options : {ReconstructionOptions(), QuasiDense()}) {
-    const std::vector<Task> tasks = AllTasks(
-        MakeReconstruction(scene, std::make_shared<NamedFiles>(), options, size_t{1} << 30));
+    const std::vector<Task> tasks =
+        AllTasks(MakeReconstruction(scene, std::make_shared<NamedFiles>(), options, context));
     try {
       tasks.front().run({context, outputs});
       FAIL();

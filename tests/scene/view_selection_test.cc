@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <set>
 
 #include "lsmvs/geometry/triangulation.h"
 #include "lsmvs/synthetic/cameras.h"
 #include "lsmvs/synthetic/sampled_cloud.h"
 #include "lsmvs/synthetic/synthetic_scene.h"
+#include "lsmvs/util/memory.h"
 
 namespace lsmvs {
 namespace {
@@ -39,7 +42,7 @@ TEST(SelectNeighbors, PrefersTheAngleAskedFor) {
   ViewSelectionOptions options;
   for (const int best : {5, 10, 20}) {
     options.best_triangulation_angle_deg = best;
-    const auto neighbors = SelectNeighbors(scene, options);
+    const auto neighbors = SelectNeighbors(scene, options, RunContext(2));
     // Angles at the surface are larger than at the sphere's middle: by 4 / 3 where it is nearest.
     const double angle = neighbors[9][0].median_angle_deg;
     EXPECT_GT(angle, 0.7 * best);
@@ -51,7 +54,7 @@ TEST(SelectNeighbors, CountsSharedPointsAndTheirMedianAngle) {
   const Scene scene = RingScene(8, 360.0);
   ViewSelectionOptions options;
   options.max_triangulation_angle_deg = 180;
-  const auto all = SelectNeighbors(scene, options);
+  const auto all = SelectNeighbors(scene, options, RunContext(2));
   for (int v = 0; v < scene.num_views(); ++v) {
     for (const Neighbor& n : all[v]) {
       std::vector<double> angles;
@@ -71,11 +74,64 @@ TEST(SelectNeighbors, CountsSharedPointsAndTheirMedianAngle) {
   }
 }
 
+TEST(SelectNeighbors, ScoreIsTheSumOfItsDefinition) {
+  const Scene scene = RingScene(5, 60.0, 2.0);
+  constexpr double kBestDeg = 12.0;
+  ASSERT_EQ(ViewSelectionOptions().best_triangulation_angle_deg, kBestDeg);
+  const auto all = SelectNeighbors(scene, {}, RunContext(2));
+  const auto footprint = [&](int v, const Eigen::Vector3d& x) {
+    return (scene.views[v].cam_from_world * x).z() / scene.views[v].camera.fx;
+  };
+  for (int v = 0; v < scene.num_views(); ++v) {
+    ASSERT_FALSE(all[v].empty());
+    for (const Neighbor& n : all[v]) {
+      double sum = 0;
+      std::set<std::pair<int, int>> cells;
+      for (const SparsePoint& point : scene.points) {
+        const auto& views = point.view_idxs;
+        if (std::count(views.begin(), views.end(), v) == 0) continue;
+        if (std::count(views.begin(), views.end(), n.view_idx) == 0) continue;
+        const Eigen::Vector3d& x = point.x_in_world;
+        const double angle_deg = TriangulationAngle(scene.views[v].CenterInWorld(),
+                                                    scene.views[n.view_idx].CenterInWorld(), x) *
+                                 180 / std::numbers::pi;
+        const double scale = footprint(v, x) / footprint(n.view_idx, x);
+        sum += std::pow(std::min(angle_deg / kBestDeg, kBestDeg / angle_deg), 1.5) *
+               std::min(scale, 1 / scale);
+        const Eigen::Vector2d x_px =
+            scene.views[v].camera.Project(scene.views[v].cam_from_world * x);
+        cells.insert({static_cast<int>(x_px.x() / 40), static_cast<int>(x_px.y() / 30)});
+      }
+      EXPECT_NEAR(n.score, sum * static_cast<double>(cells.size()) / 64, 1e-9 * sum);
+    }
+  }
+}
+
+// Many photos that all see the same: memory grows with what one photo shares, not with all pairs
+// (which would be 300 MB here).
+TEST(SelectNeighbors, MemoryIsThatOfOneViewAThread) {
+#if defined(__SANITIZE_ADDRESS__)
+  GTEST_SKIP() << "memory is counted without sanitizers";
+#endif
+  constexpr int kNumViews = 400, kNumPoints = 200;
+  Scene scene = RingScene(kNumViews, 20.0);
+  scene.points.resize(kNumPoints);
+  for (SparsePoint& point : scene.points) {
+    point.view_idxs.resize(kNumViews);
+    std::iota(point.view_idxs.begin(), point.view_idxs.end(), 0);
+  }
+  ResetPeakResidentBytes();
+  const size_t before = PeakResidentBytes();
+  const auto neighbors = SelectNeighbors(scene, {}, RunContext(2));
+  EXPECT_EQ(neighbors[0].size(), 8u);
+  EXPECT_LT(PeakResidentBytes() - before, size_t{8} << 20);
+}
+
 TEST(SelectNeighbors, ScoresAreSortedAndLimited) {
   const Scene scene = RingScene(16, 360.0);
   ViewSelectionOptions options;
   options.max_num_neighbors = 3;
-  for (const auto& neighbors : SelectNeighbors(scene, options)) {
+  for (const auto& neighbors : SelectNeighbors(scene, options, RunContext(2))) {
     EXPECT_EQ(neighbors.size(), 3u);
     EXPECT_TRUE(std::is_sorted(neighbors.begin(), neighbors.end(),
                                [](const auto& a, const auto& b) { return a.score > b.score; }));
@@ -89,7 +145,7 @@ TEST(SelectNeighbors, KeepsToTheAngleLimits) {
   options.min_triangulation_angle_deg = 15;
   options.max_triangulation_angle_deg = 40;
   int count = 0;
-  for (const auto& neighbors : SelectNeighbors(scene, options)) {
+  for (const auto& neighbors : SelectNeighbors(scene, options, RunContext(2))) {
     for (const Neighbor& n : neighbors) {
       EXPECT_GE(n.median_angle_deg, 15);
       EXPECT_LE(n.median_angle_deg, 40);
@@ -102,7 +158,7 @@ TEST(SelectNeighbors, KeepsToTheAngleLimits) {
 TEST(SelectNeighbors, OtherScaleScoresLess) {
   // Views 0 and 2 stand 12 degrees to both sides of view 1; view 2 three times as far away.
   const Scene scene = RingScene(3, 24.0, 3.0);
-  const auto neighbors = SelectNeighbors(scene, ViewSelectionOptions());
+  const auto neighbors = SelectNeighbors(scene, ViewSelectionOptions(), RunContext(2));
   EXPECT_EQ(ViewsOf(neighbors[1]), (std::vector<int>{0, 2}));
   EXPECT_LT(neighbors[1][1].score, 0.6 * neighbors[1][0].score);
 }
@@ -111,16 +167,17 @@ TEST(SelectNeighbors, TooFewSharedPointsAreNotTrusted) {
   Scene scene = RingScene(4, 40.0);
   scene.points.resize(4);
   for (SparsePoint& point : scene.points) point.view_idxs = {0, 1, 2, 3};
-  for (const auto& neighbors : SelectNeighbors(scene, {})) EXPECT_TRUE(neighbors.empty());
+  for (const auto& neighbors : SelectNeighbors(scene, {}, RunContext(2)))
+    EXPECT_TRUE(neighbors.empty());
   ViewSelectionOptions lenient;
   lenient.min_num_shared_points = 4;
-  EXPECT_FALSE(SelectNeighbors(scene, lenient)[0].empty());
+  EXPECT_FALSE(SelectNeighbors(scene, lenient, RunContext(2))[0].empty());
 }
 
 TEST(SelectNeighbors, WithoutTracksTheNearestViewsThatLookTheSameWay) {
   Scene scene = RingScene(12, 360.0);  // 30 degrees apart
   scene.points.clear();
-  const auto neighbors = SelectNeighbors(scene, ViewSelectionOptions());
+  const auto neighbors = SelectNeighbors(scene, ViewSelectionOptions(), RunContext(2));
   for (int v = 0; v < 12; ++v) {
     std::vector<int> views = ViewsOf(neighbors[v]);
     std::sort(views.begin(), views.end());
@@ -143,8 +200,8 @@ TEST(SelectNeighbors, IsInvariantToScaleRotationAndTranslation) {
     view.cam_from_world.translation *= kScale;
     view.cam_from_world = view.cam_from_world * moved_from_world.Inverse();
   }
-  const auto expected = SelectNeighbors(scene, ViewSelectionOptions());
-  const auto found = SelectNeighbors(other, ViewSelectionOptions());
+  const auto expected = SelectNeighbors(scene, ViewSelectionOptions(), RunContext(2));
+  const auto found = SelectNeighbors(other, ViewSelectionOptions(), RunContext(2));
   for (size_t v = 0; v < expected.size(); ++v) {
     ASSERT_EQ(ViewsOf(found[v]), ViewsOf(expected[v]));
     for (size_t i = 0; i < expected[v].size(); ++i) {
@@ -154,11 +211,11 @@ TEST(SelectNeighbors, IsInvariantToScaleRotationAndTranslation) {
 }
 
 TEST(SelectNeighbors, EmptyScenesAndLonelyViews) {
-  EXPECT_TRUE(SelectNeighbors(Scene(), ViewSelectionOptions()).empty());
+  EXPECT_TRUE(SelectNeighbors(Scene(), ViewSelectionOptions(), RunContext(2)).empty());
   Scene one = RingScene(4, 40.0);
   one.views.resize(1);
   one.points.clear();
-  EXPECT_TRUE(SelectNeighbors(one, ViewSelectionOptions())[0].empty());
+  EXPECT_TRUE(SelectNeighbors(one, ViewSelectionOptions(), RunContext(2))[0].empty());
 }
 
 TEST(ViewSelectionOptions, DefaultsAreValidAndEachBoundIsKept) {

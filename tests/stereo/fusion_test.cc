@@ -27,7 +27,7 @@ struct TrueMaps {
     WritePhotos(*synthetic.shape, synthetic.photo, folder.path().string(), &synthetic.scene,
                 RunContext(1));
     images = MakeImageStore(scene(), {});
-    neighbors = SelectNeighbors(scene(), {});
+    neighbors = SelectNeighbors(scene(), {}, RunContext(2));
     for (const View& view : scene().views) {
       maps.push_back(TrueDepthMap(*synthetic.shape, view, RunContext(1)));
     }

@@ -28,7 +28,7 @@ struct Rendered {
     WritePhotos(*synthetic.shape, synthetic.photo, folder.path().string(), &synthetic.scene,
                 RunContext(1));
     Open();
-    neighbors = SelectNeighbors(scene(), {});
+    neighbors = SelectNeighbors(scene(), {}, RunContext(2));
     ranges = EstimateDepthRanges(scene());
   }
   void Open() { images = MakeImageStore(scene(), {}); }

@@ -22,7 +22,7 @@ struct PhotoScene {
     WritePhotos(*synthetic.shape, synthetic.photo, folder.path().string(), &synthetic.scene,
                 RunContext(2));
     images = MakeImageStore(synthetic.scene, {});
-    neighbors = SelectNeighbors(synthetic.scene, {});
+    neighbors = SelectNeighbors(synthetic.scene, {}, RunContext(2));
   }
 
   TemporaryFolder folder;

@@ -188,7 +188,7 @@ TEST(SyntheticScene, EveryViewHasNeighborsAndTheGsdIsAPixel) {
     EXPECT_EQ(s.scene.num_views(), 12);
     EXPECT_EQ(s.scene.points.size(), 2000u);
     EXPECT_NEAR(GroundSamplingDistance(s.scene) / s.gsd, 1.0, 0.05);
-    for (const auto& neighbors : SelectNeighbors(s.scene, ViewSelectionOptions())) {
+    for (const auto& neighbors : SelectNeighbors(s.scene, ViewSelectionOptions(), RunContext(2))) {
       EXPECT_GE(neighbors.size(), 2u);
     }
     for (const View& view : s.scene.views) {
