@@ -12,7 +12,7 @@ namespace lsmvs {
 namespace {
 
 // Version of the method: a new one makes maps of older runs stale.
-constexpr const char* kStereoVersion = "5";
+constexpr const char* kStereoVersion = "6";
 constexpr const char* kFusionVersion = "5";
 
 // Part of the memory budget that cached depth maps may take.

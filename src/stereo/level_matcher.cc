@@ -13,12 +13,9 @@ constexpr int kPropagationOffsets[LevelMatcher::kMaxPropagation][2] = {
     {-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-3, 0}, {3, 0},
     {0, -3}, {0, 3}, {-7, 0}, {7, 0}, {0, -7}, {0, 7}};
 
-// Cost of leaving the prior by kPriorTolerancePx or more of displacement, for a window without
-// texture.
-constexpr float kPriorWeight = 0.5f;
-constexpr float kPriorTolerancePx = 0.5f;
-// Slopes count by the displacement that they cause at this distance from the centre.
-constexpr float kPriorReachPx = 3.0f;
+// A parabola's step is damped as if its costs rose by so much towards both sides, for a window
+// without texture: there the three costs differ by noise, and what coarser levels found is better.
+constexpr float kStepDamping = 0.5f;
 
 // ZNCC that is asked of a window which only one source sees: its 25 samples reach .5 by chance too
 // often.
@@ -46,8 +43,6 @@ struct LevelMatcher::Packet {
   PlanePacket planes;
   alignas(64) float costs[kPacketSize];
   float step = 0;  // inverse depth that moves the pixels by one pixel in the sources
-  PlanePacket prior;
-  alignas(64) float prior_weight[kPacketSize];
 };
 
 LevelMatcher::LevelMatcher(const MatchingProblem& problem, float min_inverse_depth,
@@ -92,37 +87,13 @@ LevelMatcher::Packet LevelMatcher::Load(int tile_column, int tile_row, int color
     packet.planes.qy[lane] = plane.qy;
     packet.costs[lane] = costs_(pixels[lane].column, pixels[lane].row);
   }
-  LoadPrior(&packet);
+  packet.step = InverseDepthStep(packet);
   return packet;
-}
-
-void LevelMatcher::LoadPrior(Packet* packet) const {
-  const PlaneMap& source = prior_.empty() ? planes_ : prior_;
-  const float noise = problem_.noise_variance;
-  for (int lane = 0; lane < kPacketSize; ++lane) {
-    const Plane& plane = source(packet->pixels[lane].column, packet->pixels[lane].row);
-    packet->prior.q[lane] = plane.q;
-    packet->prior.qx[lane] = plane.qx;
-    packet->prior.qy[lane] = plane.qy;
-  }
-  packet->step = InverseDepthStep(*packet);
-  const float scale = prior_.empty() ? 0.0f : kPriorWeight;
-  for (int lane = 0; lane < kPacketSize; ++lane) {
-    packet->prior_weight[lane] = scale * noise / (packet->scorer.patch().variance[lane] + noise);
-  }
 }
 
 void LevelMatcher::Score(const PlanePacket& planes, const Packet& packet, float* costs) const {
   packet.scorer.Cost(planes, packet.views, NumBestViews(static_cast<int>(packet.views.size())),
                      costs);
-  if (prior_.empty()) return;
-  const float scale = 1.0f / (packet.step * kPriorTolerancePx);
-  for (int lane = 0; lane < kPacketSize; ++lane) {
-    const float distance = std::abs(planes.q[lane] - packet.prior.q[lane]) +
-                           kPriorReachPx * (std::abs(planes.qx[lane] - packet.prior.qx[lane]) +
-                                            std::abs(planes.qy[lane] - packet.prior.qy[lane]));
-    costs[lane] += packet.prior_weight[lane] * std::min(1.0f, distance * scale);
-  }
 }
 
 void LevelMatcher::Store(const Packet& packet) {
@@ -147,8 +118,7 @@ void LevelMatcher::ForEachPacket(const RunContext& context, int color, const Bod
 
 void LevelMatcher::Try(const PlanePacket& candidate, Packet* packet) const {
   alignas(64) float costs[kPacketSize];
-  packet->scorer.Cost(candidate, packet->views,
-                      NumBestViews(static_cast<int>(packet->views.size())), costs);
+  Score(candidate, *packet, costs);
   PlanePacket& planes = packet->planes;
   for (int lane = 0; lane < kPacketSize; ++lane) {
     const bool better = costs[lane] < packet->costs[lane] && candidate.q[lane] >= min_q_ &&
@@ -182,7 +152,7 @@ void LevelMatcher::Propagate(int count, Packet* packet) const {
 float LevelMatcher::InverseDepthStep(const Packet& packet) const {
   const float u = packet.scorer.patch().u[5], v = packet.scorer.patch().v[5];
   float mean_q = 0;
-  for (const float q : packet.prior.q) mean_q += q / kPacketSize;
+  for (const float q : packet.planes.q) mean_q += q / kPacketSize;
   float displacement = 0;
   for (const uint8_t source : packet.views) {
     const SourceView& view = problem_.sources[source];
@@ -220,9 +190,10 @@ void LevelMatcher::Perturb(const SweepSettings& settings, Packet* packet) const 
   }
 }
 
-// Minimum of the parabola through three costs, in steps; 0 where they are not convex.
-float ParabolaMinimum(float before, float at, float after) {
-  const float curvature = before + after - 2 * at;
+// Minimum of the parabola through three costs, in steps, with `damping` added to both outer ones; 0
+// where they are not convex.
+float ParabolaMinimum(float before, float at, float after, float damping) {
+  const float curvature = before + after - 2 * (at - damping);
   return curvature > 1e-6f ? std::clamp(0.5f * (before - after) / curvature, -1.0f, 1.0f) : 0.0f;
 }
 
@@ -234,10 +205,12 @@ void LevelMatcher::RefineByParabola(float (PlanePacket::*field)[kPacketSize], fl
   Score(candidate, *packet, after);
   for (float& value : candidate.*field) value -= 2 * step;
   Score(candidate, *packet, before);
+  const float noise = problem_.noise_variance;
   for (int lane = 0; lane < kPacketSize; ++lane) {
+    const float damping = kStepDamping * noise / (packet->scorer.patch().variance[lane] + noise);
     (candidate.*field)[lane] =
         (packet->planes.*field)[lane] +
-        step * ParabolaMinimum(before[lane], packet->costs[lane], after[lane]);
+        step * ParabolaMinimum(before[lane], packet->costs[lane], after[lane], damping);
   }
   Try(candidate, packet);
 }
@@ -258,7 +231,7 @@ void LevelMatcher::ChooseViews(int num_views, Packet* packet) {
   tile_views_[packet->tile] = order;
 }
 
-void LevelMatcher::Start(PlaneMap planes, bool prior, int num_views, const RunContext& context) {
+void LevelMatcher::Start(PlaneMap planes, int num_views, const RunContext& context) {
   planes_ = std::move(planes);
   num_tile_views_ = std::min(num_views, static_cast<int>(problem_.sources.size()));
   const float spread = max_q_ - min_q_;
@@ -270,13 +243,11 @@ void LevelMatcher::Start(PlaneMap planes, bool prior, int num_views, const RunCo
     }
     plane = {min_q_ + spread * (0.5f + 0.5f * Noise(salt_, static_cast<uint32_t>(i), 1)), 0, 0};
   }
-  if (prior) prior_ = planes_;
   for (const int color : {0, 1}) {
     ForEachPacket(context, color, [&](Packet* packet) {
       if (color == 0) ChooseViews(num_tile_views_, packet);
       packet->views =
           std::span(tile_views_[packet->tile]).first(static_cast<size_t>(num_tile_views_));
-      packet->step = InverseDepthStep(*packet);
       Score(packet->planes, *packet, packet->costs);
     });
   }

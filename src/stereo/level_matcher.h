@@ -41,10 +41,8 @@ class LevelMatcher {
                uint64_t salt);
 
   // Starts from given planes (of the level's size). Pixels without one get a random plane. Each
-  // tile keeps the `num_views` sources that match best. With `prior`, planes cost for leaving the
-  // given ones, by as much as the reference window has no texture above noise: what a coarser level
-  // knows is kept where this one sees nothing new.
-  void Start(PlaneMap planes, bool prior, int num_views, const RunContext& context);
+  // tile keeps the `num_views` sources that match best.
+  void Start(PlaneMap planes, int num_views, const RunContext& context);
   // Tries for each pixel the planes of the nearest pixels of a coarser map.
   void InheritNeighbors(const PlaneMap& coarse, const RunContext& context);
   void Sweep(const SweepSettings& settings, const RunContext& context);
@@ -69,7 +67,6 @@ class LevelMatcher {
   template <class Body>
   void ForEachPacket(const RunContext& context, int color, const Body& body);
   Packet Load(int tile_column, int tile_row, int color) const;
-  void LoadPrior(Packet* packet) const;
   void Store(const Packet& packet);
   void Try(const PlanePacket& candidate, Packet* packet) const;
   void Propagate(int count, Packet* packet) const;
@@ -86,7 +83,6 @@ class LevelMatcher {
   uint32_t sweep_ = 0;
   int tiles_wide_, tiles_high_;
   PlaneMap planes_;
-  PlaneMap prior_;  // empty: none
   Raster<float> costs_;
   std::vector<std::array<uint8_t, kMaxSources>> tile_views_;
   int num_tile_views_ = 0;

@@ -300,14 +300,14 @@ DepthMap ViewMatcher::Run(const RunContext& context) {
                               ? (options_.max_num_neighbors + options_.max_num_fine_neighbors) / 2
                               : options_.max_num_fine_neighbors;
     if (planes.empty()) {
-      matcher.Start(SeedPlanes(level.camera), false, num_views, context);
+      matcher.Start(SeedPlanes(level.camera), num_views, context);
     } else {
       const bool same_size =
           planes.width == level.camera.width && planes.height == level.camera.height;
       const PlaneMap coarse = std::move(planes);
       matcher.Start(
           same_size ? coarse : ResizePlaneMap(coarse, level.camera.width, level.camera.height),
-          true, num_views, context);
+          num_views, context);
       if (!same_size) matcher.InheritNeighbors(coarse, context);
     }
     for (const SweepSettings& sweep : Schedule(l, l == coarsest, geometric, options_)) {

@@ -46,7 +46,7 @@ struct PatchMatchOptions {
   std::optional<double> sigma_spatial;
   double sigma_color = 0.2;
   // Standard deviation of the sensor noise, in grey levels of 0-255. Windows with less texture than
-  // that take their plane from a coarser level; those with less than twice as much are wider.
+  // that keep close to what coarser levels found; those with less than twice as much are wider.
   double noise_sigma = 2.0;
 
   // Run the geometric pass.

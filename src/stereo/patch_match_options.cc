@@ -23,7 +23,8 @@ void PatchMatchOptions::Describe(OptionSet* options) {
                "fall-off of the window's weights with grey difference, 1 is the full range",
                {0.001, 10.0});
   options->Add(name("noise_sigma"), &noise_sigma,
-               "sensor noise in grey levels of 0-255; flatter windows take a coarser level's plane",
+               "sensor noise in grey levels of 0-255; flatter windows keep close to what coarser "
+               "levels found",
                {0.01, 50.0});
   options->Add(name("geom_consistency"), &geom_consistency, "run the geometric pass");
   options->Add(name("geom_consistency_regularizer"), &geom_consistency_regularizer,

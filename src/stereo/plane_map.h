@@ -15,6 +15,7 @@ struct Plane {
   float qx = 0;  // its slope per pixel along a row
   float qy = 0;  // ... and along a column
 
+  bool known() const { return q > 0; }
   Plane Moved(float columns, float rows) const { return {q + columns * qx + rows * qy, qx, qy}; }
 };
 

@@ -236,7 +236,7 @@ class Matcher {
         InterestPoint& point = grid.cells.pixels[cell];
         if (!point.matched()) continue;
         if (level == options_.finest_level) ++result_->counters.num_matched;
-        if (confirmed.pixels[cell] == 0) point.plane = PixelPlane();
+        if (confirmed.pixels[cell] == 0) point.plane = Plane();
       }
       kept->Put(v, std::move(grid));
     }

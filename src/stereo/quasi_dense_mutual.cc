@@ -20,7 +20,7 @@ bool InGrid(const PointGrid& grid, const Eigen::Vector2f& position) {
 float MutualError(const PairGeometry& back, const Eigen::Vector2f& position,
                   const Eigen::Vector2f& position_in_other, const InterestPoint& other) {
   const Eigen::Vector2f offset = position_in_other - other.position;
-  const float inverse_depth = other.plane.At(offset.x(), offset.y());
+  const float inverse_depth = other.plane.Moved(offset.x(), offset.y()).q;
   const Eigen::Vector3f seen = back.Transfer(position_in_other, inverse_depth);
   if (!(inverse_depth > 0 && seen.z() > 1e-6f)) return std::numeric_limits<float>::infinity();
   return (seen.head<2>() / seen.z() - position).norm();
@@ -54,7 +54,7 @@ Raster<uint32_t> ConfirmedSlots(const NeighborGrids& grids, const std::vector<Pa
       if (!point.matched()) continue;
       for (size_t s = 0; s < pairings.size(); ++s) {
         const Witness witness = AskWitness(pairings[s], *grids.others[s], point.position,
-                                           point.plane.inverse_depth, max_mutual_error_px);
+                                           point.plane.q, max_mutual_error_px);
         if (witness.testimony == Testimony::kConfirmed) confirmed.pixels[cell] |= 1u << s;
       }
     }

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "lsmvs/stereo/quasi_dense_pairs_internal.h"
+#include "lsmvs/stereo/view_geometry.h"
 
 namespace lsmvs::quasi_dense {
 
@@ -18,24 +19,22 @@ void AddOnce(int view_idx, std::vector<int>* views) {
 
 PairGeometry MakePairGeometry(const Rigid3& from_pose, const PinholeCamera& from_camera,
                               const Rigid3& to_pose, const PinholeCamera& to_camera) {
-  const Rigid3 to_from = to_pose * from_pose.Inverse();
-  const Eigen::Matrix3d matrix = to_camera.Matrix();
-  return {(matrix * to_from.rotation * from_camera.Matrix().inverse()).cast<float>(),
-          (matrix * to_from.translation).cast<float>()};
+  const ViewGeometry geometry = BFromA(to_camera, from_camera, to_pose * from_pose.Inverse());
+  return {geometry.m.cast<float>(), geometry.e.cast<float>()};
 }
 
-bool WarpPlane(const PairGeometry& geometry, const Eigen::Vector2f& position,
-               const PixelPlane& plane, PlaneWarp* result) {
-  const Eigen::Vector3f center = geometry.Transfer(position, plane.inverse_depth);
+bool WarpPlane(const PairGeometry& geometry, const Eigen::Vector2f& position, const Plane& plane,
+               PlaneWarp* result) {
+  const Eigen::Vector3f center = geometry.Transfer(position, plane.q);
   if (!(center.z() > 1e-6f)) return false;
   const float scale = 1.0f / center.z();
   const Eigen::Vector2f image = center.head<2>() * scale;
-  const Eigen::Vector3f along_x = geometry.a.col(0) + geometry.b * plane.slope_x;
-  const Eigen::Vector3f along_y = geometry.a.col(1) + geometry.b * plane.slope_y;
+  const Eigen::Vector3f along_x = geometry.m.col(0) + geometry.e * plane.qx;
+  const Eigen::Vector3f along_y = geometry.m.col(1) + geometry.e * plane.qy;
   const Eigen::Vector2f by_x = (along_x.head<2>() - image * along_x.z()) * scale;
   const Eigen::Vector2f by_y = (along_y.head<2>() - image * along_y.z()) * scale;
   result->warp = {image.x(), image.y(), by_x.x(), by_y.x(), by_x.y(), by_y.y()};
-  result->velocity = (geometry.b.head<2>() - image * geometry.b.z()) * scale;
+  result->velocity = (geometry.e.head<2>() - image * geometry.e.z()) * scale;
   return true;
 }
 

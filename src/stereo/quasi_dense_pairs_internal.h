@@ -11,15 +11,13 @@
 
 namespace lsmvs::quasi_dense {
 
-// Where a pixel of one view with a known inverse depth lies in another: homogeneous image
-// coordinates a [x y 1]' + b inverse_depth. The third one is the depth in the other view over the
-// depth in this one.
+// ViewGeometry in single precision: homogeneous image coordinates m [x y 1]' + e inverse_depth.
 struct PairGeometry {
-  Eigen::Matrix3f a = Eigen::Matrix3f::Identity();
-  Eigen::Vector3f b = Eigen::Vector3f::Zero();
+  Eigen::Matrix3f m = Eigen::Matrix3f::Identity();
+  Eigen::Vector3f e = Eigen::Vector3f::Zero();
 
   Eigen::Vector3f Transfer(const Eigen::Vector2f& position, float inverse_depth) const {
-    return a * position.homogeneous() + b * inverse_depth;
+    return m * position.homogeneous() + e * inverse_depth;
   }
 };
 
@@ -34,8 +32,8 @@ struct PlaneWarp {
   Eigen::Vector2f velocity = Eigen::Vector2f::Zero();  // pixels per unit of inverse depth
 };
 // False if the point lies behind the other camera.
-bool WarpPlane(const PairGeometry& geometry, const Eigen::Vector2f& position,
-               const PixelPlane& plane, PlaneWarp* result);
+bool WarpPlane(const PairGeometry& geometry, const Eigen::Vector2f& position, const Plane& plane,
+               PlaneWarp* result);
 
 // A view and the one it is matched with, both ways.
 struct Pairing {

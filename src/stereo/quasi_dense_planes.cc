@@ -19,7 +19,7 @@ struct Samples {
   float x[kMaxPoints], y[kMaxPoints], z[kMaxPoints];
 };
 
-Samples Gather(const PointGrid& grid, const Eigen::Vector2f& position, const PixelPlane& guess,
+Samples Gather(const PointGrid& grid, const Eigen::Vector2f& position, const Plane& guess,
                float tolerance, int reach) {
   Samples samples;
   const float per_cell = 1.0f / grid.spacing, per_tolerance = 1.0f / tolerance;
@@ -28,7 +28,7 @@ Samples Gather(const PointGrid& grid, const Eigen::Vector2f& position, const Pix
     const Eigen::Vector2f offset = (point.position - position) * per_cell;
     samples.x[samples.count] = offset.x();
     samples.y[samples.count] = offset.y();
-    samples.z[samples.count] = (point.plane.inverse_depth - guess.inverse_depth) * per_tolerance;
+    samples.z[samples.count] = (point.plane.q - guess.q) * per_tolerance;
     ++samples.count;
   });
   return samples;
@@ -63,23 +63,23 @@ bool SolveRound(const Samples& samples, const Eigen::Vector3f& previous, Eigen::
 
 }  // namespace
 
-PixelPlane FitPlane(const PointGrid& grid, const Eigen::Vector2f& position, const PixelPlane& guess,
-                    float tolerance, int reach) {
+Plane FitPlane(const PointGrid& grid, const Eigen::Vector2f& position, const Plane& guess,
+               float tolerance, int reach) {
   const Samples samples = Gather(grid, position, guess, tolerance, reach);
   if (samples.count < kMinPoints) return guess;
   const float cells_per_tolerance = grid.spacing / tolerance;
-  Eigen::Vector3f fit(0, guess.slope_x * cells_per_tolerance, guess.slope_y * cells_per_tolerance);
+  Eigen::Vector3f fit(0, guess.qx * cells_per_tolerance, guess.qy * cells_per_tolerance);
   for (int round = 0; round < kNumRounds; ++round) {
     if (!SolveRound(samples, fit, &fit)) return guess;
   }
-  const PixelPlane plane{guess.inverse_depth + fit[0] * tolerance, fit[1] / cells_per_tolerance,
-                         fit[2] / cells_per_tolerance};
+  const Plane plane{guess.q + fit[0] * tolerance, fit[1] / cells_per_tolerance,
+                    fit[2] / cells_per_tolerance};
   return plane.known() ? plane : guess;
 }
 
-PixelPlane MovePlane(const PixelPlane& plane, const Eigen::Vector2f& offset,
-                     const Eigen::Vector2f& scale) {
-  return {plane.At(offset.x(), offset.y()), plane.slope_x / scale.x(), plane.slope_y / scale.y()};
+Plane MovePlane(const Plane& plane, const Eigen::Vector2f& offset, const Eigen::Vector2f& scale) {
+  const Plane moved = plane.Moved(offset.x(), offset.y());
+  return {moved.q, moved.qx / scale.x(), moved.qy / scale.y()};
 }
 
 }  // namespace lsmvs::quasi_dense

@@ -9,12 +9,11 @@ namespace lsmvs::quasi_dense {
 // `guess`. `tolerance` is the error of inverse depth that a match has: points farther off the plane
 // count little, so that it does not bend over an edge of depth. Returns `guess` where fewer than
 // five points, or points in a line, are around.
-PixelPlane FitPlane(const PointGrid& grid, const Eigen::Vector2f& position, const PixelPlane& guess,
-                    float tolerance, int reach);
+Plane FitPlane(const PointGrid& grid, const Eigen::Vector2f& position, const Plane& guess,
+               float tolerance, int reach);
 
 // The same plane in the pixels of another scale, whose image coordinates are those of `plane` times
 // `scale`, at the offset (dx, dy) in its own pixels.
-PixelPlane MovePlane(const PixelPlane& plane, const Eigen::Vector2f& offset,
-                     const Eigen::Vector2f& scale);
+Plane MovePlane(const Plane& plane, const Eigen::Vector2f& offset, const Eigen::Vector2f& scale);
 
 }  // namespace lsmvs::quasi_dense

@@ -5,25 +5,16 @@
 #include <span>
 
 #include "lsmvs/image/raster.h"
+#include "lsmvs/stereo/plane_map.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs::quasi_dense {
-
-// A local plane, as a pixel sees it: inverse depth is an affine function of image coordinates on a
-// plane. At (x + dx, y + dy): inverse_depth + slope_x dx + slope_y dy.
-struct PixelPlane {
-  float inverse_depth = 0;  // 1 / world units; 0: unknown
-  float slope_x = 0, slope_y = 0;
-
-  bool known() const { return inverse_depth > 0; }
-  float At(float dx, float dy) const { return inverse_depth + slope_x * dx + slope_y * dy; }
-};
 
 // An interest point of one view on one scale, with its match.
 struct InterestPoint {
   Eigen::Vector2f position = {-1,
                               -1};  // image coordinates of the scale; negative: the cell has none
-  PixelPlane plane;                 // unknown while there is no match
+  Plane plane;                      // unknown while there is no match
   float score = 0;                  // mean ZNCC over the best views
   uint32_t slots = 0;  // bit s: the view's neighbour s matches (ZNCC is at least the threshold)
 

@@ -52,7 +52,7 @@ void PointSearch::UseSlots(uint32_t mask, int max_count) {
   }
 }
 
-PointSearch::Outcome PointSearch::Compare(const PixelPlane& plane) {
+PointSearch::Outcome PointSearch::Compare(const Plane& plane) {
   std::array<float, kNumBest> best{};  // descending
   Outcome outcome;
   for (int k = 0; k < num_in_use_; ++k) {
@@ -74,12 +74,11 @@ PointSearch::Outcome PointSearch::Compare(const PixelPlane& plane) {
   return outcome;
 }
 
-void PointSearch::Try(const PixelPlane& plane) {
-  if (!(plane.inverse_depth >= view_.min_inverse_depth &&
-        plane.inverse_depth <= view_.max_inverse_depth)) {
+void PointSearch::Try(const Plane& plane) {
+  if (!(plane.q >= view_.min_inverse_depth && plane.q <= view_.max_inverse_depth)) {
     return;
   }
-  if (num_tried_ < kMaxTried) tried_[num_tried_++] = plane.inverse_depth;
+  if (num_tried_ < kMaxTried) tried_[num_tried_++] = plane.q;
   const Outcome outcome = Compare(plane);
   if (outcome.score <= score_) return;
   best_ = plane;
@@ -99,7 +98,7 @@ float PointSearch::StepAt(float inverse_depth) const {
   int count = 0;
   for (int k = 0; k < num_in_use_; ++k) {
     PlaneWarp warped;
-    const PixelPlane plane{inverse_depth, 0, 0};
+    const Plane plane{inverse_depth, 0, 0};
     if (!WarpPlane(view_.pairings[in_use_[k]].there, position_, plane, &warped)) continue;
     total += warped.velocity.norm();
     ++count;
@@ -121,24 +120,24 @@ void PointSearch::Sweep() {
 
 void PointSearch::Refine(float step_px) {
   if (!found()) return;
-  const float step = step_px * StepAt(best_.inverse_depth);
+  const float step = step_px * StepAt(best_.q);
   if (!(step > 0)) return;
   const auto score_at = [&](float offset) {
-    PixelPlane plane = best_;
-    plane.inverse_depth += offset;
+    Plane plane = best_;
+    plane.q += offset;
     return plane.known() ? Compare(plane).score : -2.0f;
   };
   float left = score_at(-step), right = score_at(step);
   for (int climb = 0; climb < kMaxClimb && std::max(left, right) > score_; ++climb) {
     const bool to_right = right > left;
     const float middle = score_;
-    best_.inverse_depth += to_right ? step : -step;
+    best_.q += to_right ? step : -step;
     score_ = to_right ? right : left;
     const float next = score_at(to_right ? step : -step);
     left = to_right ? middle : next;
     right = to_right ? next : middle;
   }
-  best_.inverse_depth += step * ParabolaMaximum(left, score_, right);
+  best_.q += step * ParabolaMaximum(left, score_, right);
   const Outcome outcome = Compare(best_);
   score_ = outcome.score;
   slots_ = outcome.slots;
@@ -148,7 +147,7 @@ namespace {
 
 void StoreMatch(const SearchView& view, const PointSearch& search, InterestPoint* point) {
   const bool matched = search.found() && search.score() >= view.min_ncc && search.slots() != 0;
-  point->plane = matched ? search.best() : PixelPlane();
+  point->plane = matched ? search.best() : Plane();
   point->score = matched ? search.score() : 0;
   point->slots = matched ? search.slots() : 0;
 }
@@ -232,8 +231,8 @@ size_t SearchFromCoarser(const SearchView& view, const PointGrid& coarser,
     search.UseSlots(guides.slots, view.num_compared);
     for (int k = 0; k < guides.count; ++k) {
       const InterestPoint& guide = *guides.points[k];
-      const PixelPlane plane = MovePlane(guide.plane, place - guide.position, scale);
-      if (plane.known() && !search.Tried(plane.inverse_depth)) search.Try(plane);
+      const Plane plane = MovePlane(guide.plane, place - guide.position, scale);
+      if (plane.known() && !search.Tried(plane.q)) search.Try(plane);
     }
     search.Refine(kRefineStepPx);
     StoreMatch(view, search, point);
@@ -248,18 +247,17 @@ size_t Propagate(const SearchView& view, const RunContext& context, PointGrid* g
     PointSearch search(view, point->position);
     search.UseSlots(guides.slots | point->slots, view.num_compared);
     if (point->matched()) {
-      const float tolerance = kMatchErrorPx * search.StepAt(point->plane.inverse_depth);
-      const PixelPlane fit =
-          tolerance > 0 ? FitPlane(before, point->position, point->plane, tolerance, kFitReach)
-                        : point->plane;
+      const float tolerance = kMatchErrorPx * search.StepAt(point->plane.q);
+      const Plane fit = tolerance > 0
+                            ? FitPlane(before, point->position, point->plane, tolerance, kFitReach)
+                            : point->plane;
       search.Try(fit);
-      search.Try({point->plane.inverse_depth, fit.slope_x, fit.slope_y});
+      search.Try({point->plane.q, fit.qx, fit.qy});
     }
     for (int k = 0; k < guides.count; ++k) {
       const InterestPoint& guide = *guides.points[k];
-      const PixelPlane plane =
-          MovePlane(guide.plane, point->position - guide.position, {1.0f, 1.0f});
-      if (plane.known() && !search.Tried(plane.inverse_depth)) search.Try(plane);
+      const Plane plane = MovePlane(guide.plane, point->position - guide.position, {1.0f, 1.0f});
+      if (plane.known() && !search.Tried(plane.q)) search.Try(plane);
     }
     search.Refine(kRefineStepPx);
     StoreMatch(view, search, point);

@@ -37,7 +37,7 @@ class PointSearch {
   // with the best others.
   void UseSlots(uint32_t mask, int max_count);
   // Compares the window warped by `plane`; keeps the best.
-  void Try(const PixelPlane& plane);
+  void Try(const Plane& plane);
   // Whether a plane within half a step of this one has been tried.
   bool Tried(float inverse_depth) const;
   // Tries every step (a pixel of parallax on average) of the range.
@@ -51,7 +51,7 @@ class PointSearch {
   float StepAt(float inverse_depth) const;
 
   bool found() const { return best_.known(); }
-  const PixelPlane& best() const { return best_; }
+  const Plane& best() const { return best_; }
   float score() const { return score_; }
   uint32_t slots() const { return slots_; }
   size_t num_patches() const { return num_patches_; }
@@ -63,14 +63,14 @@ class PointSearch {
     float score = -2;
     uint32_t slots = 0;
   };
-  Outcome Compare(const PixelPlane& plane);
+  Outcome Compare(const Plane& plane);
 
   const SearchView& view_;
   Eigen::Vector2f position_;
   ReferenceWindow reference_;
   int in_use_[32];
   int num_in_use_ = 0;
-  PixelPlane best_;
+  Plane best_;
   float score_ = -2;
   uint32_t slots_ = 0;
   float tried_[kMaxTried];

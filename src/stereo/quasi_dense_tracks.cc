@@ -93,18 +93,17 @@ class TrackMaker {
     }
     if (!(velocity > 0)) return point;
     InterestPoint smooth = point;
-    const PixelPlane fit =
+    const Plane fit =
         FitPlane(*grids_.own, point.position, point.plane, kMatchErrorPx / velocity, kFitReach);
-    smooth.plane.slope_x = fit.slope_x;
-    smooth.plane.slope_y = fit.slope_y;
+    smooth.plane.qx = fit.qx;
+    smooth.plane.qy = fit.qy;
     return smooth;
   }
 
   void AskSlot(const InterestPoint& point, size_t slot) {
     const Pairing& pairing = view_.pairings[slot];
-    const Witness witness =
-        AskWitness(pairing, *grids_.others[slot], point.position, point.plane.inverse_depth,
-                   static_cast<float>(world_.options.max_mutual_error_px));
+    const Witness witness = AskWitness(pairing, *grids_.others[slot], point.position, point.plane.q,
+                                       static_cast<float>(world_.options.max_mutual_error_px));
     const bool mutual = witness.testimony == Testimony::kConfirmed;
     if (!mutual && witness.testimony != Testimony::kUnknown) return;
     const float min_ncc = view_.min_ncc + (mutual ? 0.0f : kUnknownExtraNcc);
@@ -149,7 +148,7 @@ class TrackMaker {
   std::optional<Eigen::Vector3d> Locate(const InterestPoint& point) {
     const View& view = world_.scene.views[static_cast<size_t>(view_idx_)];
     const PinholeCamera& camera = world_.cameras[static_cast<size_t>(view_idx_)];
-    const double depth = 1.0 / point.plane.inverse_depth;
+    const double depth = 1.0 / point.plane.q;
     const Eigen::Vector3d in_camera = camera.Ray(point.position.cast<double>()) * depth;
     const Eigen::Vector3d start = view.cam_from_world.Inverse() * in_camera;
     const double unit = depth / camera.MeanFocalLength();
@@ -223,9 +222,9 @@ class TrackMaker {
   // normalised image coordinates (u, v).
   Eigen::Vector3d NormalInWorld(const InterestPoint& point) const {
     const PinholeCamera& camera = world_.cameras[static_cast<size_t>(view_idx_)];
-    const double a = point.plane.slope_x * camera.fx, b = point.plane.slope_y * camera.fy;
+    const double a = point.plane.qx * camera.fx, b = point.plane.qy * camera.fy;
     const Eigen::Vector3d ray = camera.Ray(point.position.cast<double>());
-    const double c = point.plane.inverse_depth - a * ray.x() - b * ray.y();
+    const double c = point.plane.q - a * ray.x() - b * ray.y();
     const Eigen::Vector3d in_camera = -Eigen::Vector3d(a, b, c).normalized();
     return world_.scene.views[static_cast<size_t>(view_idx_)].cam_from_world.rotation.transpose() *
            in_camera;
@@ -239,7 +238,7 @@ class TrackMaker {
   void Cover(const InterestPoint& point, const Observer& observer) {
     const Pairing& pairing = view_.pairings[observer.slot];
     const PointGrid& grid = *grids_.others[observer.slot];
-    const Eigen::Vector3f seen = pairing.there.Transfer(point.position, point.plane.inverse_depth);
+    const Eigen::Vector3f seen = pairing.there.Transfer(point.position, point.plane.q);
     const Eigen::Vector2f place = seen.head<2>() / seen.z();
     const float radius = kCoverRadius * grid.spacing;
     ForPointsAround(grid, place, 1, [&](const InterestPoint& other) {

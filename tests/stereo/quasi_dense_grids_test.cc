@@ -37,8 +37,8 @@ void ExpectNumbered(const PointGrid& grid, int number, int width, int height) {
   for (size_t cell = 0; cell < expected.cells.size(); ++cell) {
     const InterestPoint &point = grid.cells.pixels[cell], &truth = expected.cells.pixels[cell];
     ASSERT_EQ(point.position, truth.position);
-    ASSERT_EQ(point.plane.inverse_depth, truth.plane.inverse_depth);
-    ASSERT_EQ(point.plane.slope_y, truth.plane.slope_y);
+    ASSERT_EQ(point.plane.q, truth.plane.q);
+    ASSERT_EQ(point.plane.qy, truth.plane.qy);
     ASSERT_EQ(point.slots, truth.slots);
   }
 }

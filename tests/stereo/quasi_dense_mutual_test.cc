@@ -49,7 +49,7 @@ struct TwoGrids {
         point.plane = {static_cast<float>(middle * (1 + 0.002 * random.Gaussian() + wrong)),
                        static_cast<float>(InverseDepth(pose, x + Eigen::Vector2d(1, 0)) - middle),
                        static_cast<float>(InverseDepth(pose, x + Eigen::Vector2d(0, 1)) - middle)};
-        if (random.Uniform() < 0.1) point.plane = PixelPlane();
+        if (random.Uniform() < 0.1) point.plane = Plane();
       }
     }
     return grid;
@@ -57,8 +57,8 @@ struct TwoGrids {
 
   // Everything in double and over all points of the other view.
   bool Confirmed(const InterestPoint& point, bool* near_the_limit) const {
-    const Eigen::Vector3d x = poses[0].Inverse() * (camera.Ray(point.position.cast<double>()) /
-                                                    double{point.plane.inverse_depth});
+    const Eigen::Vector3d x =
+        poses[0].Inverse() * (camera.Ray(point.position.cast<double>()) / double{point.plane.q});
     const Eigen::Vector2d place = camera.Project(poses[1] * x);
     if (!camera.Contains(place)) return false;
     bool confirmed = false;
@@ -70,8 +70,8 @@ struct TwoGrids {
         continue;
       }
       const Eigen::Vector2d offset = place - other.position.cast<double>();
-      const double inverse_depth = other.plane.inverse_depth + other.plane.slope_x * offset.x() +
-                                   other.plane.slope_y * offset.y();
+      const double inverse_depth =
+          other.plane.q + other.plane.qx * offset.x() + other.plane.qy * offset.y();
       const Eigen::Vector3d back = poses[1].Inverse() * (camera.Ray(place) / inverse_depth);
       const double error = (camera.Project(poses[0] * back) - point.position.cast<double>()).norm();
       confirmed |= error <= kTolerance;
@@ -114,14 +114,14 @@ TEST(QuasiDenseMutual, TellsWhatTheOtherViewSays) {
   };
   for (InterestPoint& point : scene.grids[1].cells.pixels) {
     if (!point.exists()) continue;
-    point.plane.inverse_depth =
+    point.plane.q =
         static_cast<float>(scene.InverseDepth(scene.poses[1], point.position.cast<double>()));
   }
   EXPECT_EQ(ask(truth), Testimony::kConfirmed);
   EXPECT_EQ(ask(1.1f * truth), Testimony::kContradicted);
   EXPECT_EQ(ask(100 * truth), Testimony::kUnseen);
   EXPECT_EQ(ask(-truth), Testimony::kUnseen);
-  for (InterestPoint& point : scene.grids[1].cells.pixels) point.plane = PixelPlane();
+  for (InterestPoint& point : scene.grids[1].cells.pixels) point.plane = Plane();
   EXPECT_EQ(ask(truth), Testimony::kUnknown);
 }
 

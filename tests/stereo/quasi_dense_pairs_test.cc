@@ -18,9 +18,9 @@ struct TwoViews {
 
   // Image in b of the pixel of a on the plane given at `origin`.
   Eigen::Vector2d Map(const Eigen::Vector2d& x_px, const Eigen::Vector2d& origin,
-                      const PixelPlane& plane) const {
-    const double inverse_depth = plane.inverse_depth + plane.slope_x * (x_px.x() - origin.x()) +
-                                 plane.slope_y * (x_px.y() - origin.y());
+                      const Plane& plane) const {
+    const double inverse_depth =
+        plane.q + plane.qx * (x_px.x() - origin.x()) + plane.qy * (x_px.y() - origin.y());
     const Eigen::Vector3d x_in_world = a.Inverse() * (camera_a.Ray(x_px) / inverse_depth);
     return camera_b.Project(b * x_in_world);
   }
@@ -31,9 +31,9 @@ TEST(QuasiDensePairs, WarpsAsTheCamerasDo) {
   Random random(1);
   for (int trial = 0; trial < 100; ++trial) {
     const Eigen::Vector2d center(random.Uniform(50, 590), random.Uniform(50, 430));
-    const PixelPlane plane{static_cast<float>(random.Uniform(0.25, 0.5)),
-                           static_cast<float>(random.Uniform(-1e-3, 1e-3)),
-                           static_cast<float>(random.Uniform(-1e-3, 1e-3))};
+    const Plane plane{static_cast<float>(random.Uniform(0.25, 0.5)),
+                      static_cast<float>(random.Uniform(-1e-3, 1e-3)),
+                      static_cast<float>(random.Uniform(-1e-3, 1e-3))};
     PlaneWarp result;
     ASSERT_TRUE(WarpPlane(views.geometry, center.cast<float>(), plane, &result));
     const Eigen::Vector2d at = views.Map(center, center, plane);
@@ -50,12 +50,12 @@ TEST(QuasiDensePairs, WarpsAsTheCamerasDo) {
     EXPECT_NEAR(result.warp.yx, by_x.y(), 1e-3);
     EXPECT_NEAR(result.warp.xy, by_y.x(), 1e-3);
     EXPECT_NEAR(result.warp.yy, by_y.y(), 1e-3);
-    PixelPlane nearer = plane, farther = plane;
-    nearer.inverse_depth += 1e-3f;
-    farther.inverse_depth -= 1e-3f;
+    Plane nearer = plane, farther = plane;
+    nearer.q += 1e-3f;
+    farther.q -= 1e-3f;
     const Eigen::Vector2d velocity =
         (views.Map(center, center, nearer) - views.Map(center, center, farther)) /
-        static_cast<double>(nearer.inverse_depth - farther.inverse_depth);
+        static_cast<double>(nearer.q - farther.q);
     EXPECT_LT((result.velocity.cast<double>() - velocity).norm(), 1e-2 * velocity.norm() + 1e-2);
   }
 }
@@ -70,12 +70,12 @@ TEST(QuasiDensePairs, BehindTheOtherCameraIsNoImage) {
 }
 
 TEST(QuasiDensePairs, PlanesMoveBetweenScales) {
-  const PixelPlane plane{0.5f, 1e-3f, -2e-3f};
-  const PixelPlane moved = MovePlane(plane, {3, -2}, {2, 2});
-  EXPECT_FLOAT_EQ(moved.inverse_depth, 0.5f + 3e-3f + 4e-3f);
+  const Plane plane{0.5f, 1e-3f, -2e-3f};
+  const Plane moved = MovePlane(plane, {3, -2}, {2, 2});
+  EXPECT_FLOAT_EQ(moved.q, 0.5f + 3e-3f + 4e-3f);
   // One pixel of the finer scale is half a pixel of the coarser.
-  EXPECT_FLOAT_EQ(moved.At(1, 0), plane.At(3.5f, -2));
-  EXPECT_FLOAT_EQ(moved.At(0, 1), plane.At(3, -1.5f));
+  EXPECT_FLOAT_EQ(moved.Moved(1, 0).q, plane.Moved(3.5f, -2).q);
+  EXPECT_FLOAT_EQ(moved.Moved(0, 1).q, plane.Moved(3, -1.5f).q);
 }
 
 Neighbor To(int view_idx) {

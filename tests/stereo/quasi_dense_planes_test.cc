@@ -22,7 +22,7 @@ PointGrid MakeGrid(const std::function<float(const Eigen::Vector2f&)>& inverse_d
       InterestPoint& point = grid.cells(column, row);
       point.position = 2.5f * Eigen::Vector2f(static_cast<float>(column + random.Uniform()),
                                               static_cast<float>(row + random.Uniform()));
-      point.plane.inverse_depth = inverse_depth(point.position);
+      point.plane.q = inverse_depth(point.position);
     }
   }
   return grid;
@@ -34,10 +34,10 @@ float OnPlane(const Eigen::Vector2f& position) {
 
 TEST(QuasiDensePlanes, ExactOnAPlane) {
   const PointGrid grid = MakeGrid(OnPlane);
-  const PixelPlane fit = FitPlane(grid, {15, 15}, {0.4f, 0, 0}, 10 * kTolerance, 2);
-  EXPECT_NEAR(fit.inverse_depth, 0.4f, 1e-5);
-  EXPECT_NEAR(fit.slope_x, 2e-3f, 1e-5);
-  EXPECT_NEAR(fit.slope_y, -1e-3f, 1e-5);
+  const Plane fit = FitPlane(grid, {15, 15}, {0.4f, 0, 0}, 10 * kTolerance, 2);
+  EXPECT_NEAR(fit.q, 0.4f, 1e-5);
+  EXPECT_NEAR(fit.qx, 2e-3f, 1e-5);
+  EXPECT_NEAR(fit.qy, -1e-3f, 1e-5);
 }
 
 TEST(QuasiDensePlanes, OutliersDoNotBend) {
@@ -46,30 +46,29 @@ TEST(QuasiDensePlanes, OutliersDoNotBend) {
     return OnPlane(position) +
            (random.Uniform() < 0.25 ? static_cast<float>(random.Uniform(0.05, 0.3)) : 0.0f);
   });
-  const PixelPlane fit =
-      FitPlane(grid, {15, 15}, {OnPlane({15, 15}), 2e-3f, -1e-3f}, kTolerance, 2);
-  EXPECT_NEAR(fit.inverse_depth, 0.4f, 0.3 * kTolerance);
-  EXPECT_NEAR(fit.slope_x, 2e-3f, 0.2 * kTolerance);
-  EXPECT_NEAR(fit.slope_y, -1e-3f, 0.2 * kTolerance);
+  const Plane fit = FitPlane(grid, {15, 15}, {OnPlane({15, 15}), 2e-3f, -1e-3f}, kTolerance, 2);
+  EXPECT_NEAR(fit.q, 0.4f, 0.3 * kTolerance);
+  EXPECT_NEAR(fit.qx, 2e-3f, 0.2 * kTolerance);
+  EXPECT_NEAR(fit.qy, -1e-3f, 0.2 * kTolerance);
 }
 
 TEST(QuasiDensePlanes, StopsAtAnEdgeOfDepth) {
   const PointGrid grid =
       MakeGrid([](const Eigen::Vector2f& position) { return position.x() < 15 ? 0.4f : 0.6f; });
-  const PixelPlane fit = FitPlane(grid, {14, 15}, {0.4f, 0, 0}, kTolerance, 2);
-  EXPECT_NEAR(fit.inverse_depth, 0.4f, 0.3 * kTolerance);
-  EXPECT_NEAR(fit.slope_x, 0, 0.1 * kTolerance);
+  const Plane fit = FitPlane(grid, {14, 15}, {0.4f, 0, 0}, kTolerance, 2);
+  EXPECT_NEAR(fit.q, 0.4f, 0.3 * kTolerance);
+  EXPECT_NEAR(fit.qx, 0, 0.1 * kTolerance);
 }
 
 TEST(QuasiDensePlanes, TooFewPointsLeaveTheGuess) {
   PointGrid grid = MakeGrid(OnPlane);
   int kept = 0;
   for (InterestPoint& point : grid.cells.pixels) {
-    if (++kept > 4) point.plane = PixelPlane();
+    if (++kept > 4) point.plane = Plane();
   }
-  const PixelPlane fit = FitPlane(grid, {3, 3}, {0.7f, 1e-3f, 0}, kTolerance, 3);
-  EXPECT_EQ(fit.inverse_depth, 0.7f);
-  EXPECT_EQ(fit.slope_x, 1e-3f);
+  const Plane fit = FitPlane(grid, {3, 3}, {0.7f, 1e-3f, 0}, kTolerance, 3);
+  EXPECT_EQ(fit.q, 0.7f);
+  EXPECT_EQ(fit.qx, 1e-3f);
 }
 
 TEST(QuasiDensePlanes, PointsInALineLeaveTheGuess) {
@@ -78,14 +77,14 @@ TEST(QuasiDensePlanes, PointsInALineLeaveTheGuess) {
     for (int column = 0; column < 12; ++column) {
       InterestPoint& point = grid.cells(column, row);
       if (row != 5) {
-        point.plane = PixelPlane();
+        point.plane = Plane();
       } else {
         point.position.y() = 13;
       }
     }
   }
-  const PixelPlane fit = FitPlane(grid, {15, 13}, {0.4f, 0, 7e-3f}, kTolerance, 3);
-  EXPECT_EQ(fit.slope_y, 7e-3f);
+  const Plane fit = FitPlane(grid, {15, 13}, {0.4f, 0, 7e-3f}, kTolerance, 3);
+  EXPECT_EQ(fit.qy, 7e-3f);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ PointGrid Detect(const PhotoScene& scene, int level, float spacing) {
 }
 
 // Mean ZNCC over the best neighbours, the obvious way.
-float Score(const SearchView& view, const Eigen::Vector2f& position, const PixelPlane& plane) {
+float Score(const SearchView& view, const Eigen::Vector2f& position, const Plane& plane) {
   ReferenceWindow reference;
   WindowWarp here;
   here.x = position.x();
@@ -87,7 +87,7 @@ TEST(QuasiDenseSearch, SweepFindsWhatBruteForceFinds) {
     search.Refine(0.7f);
     ++count;
     same_score += search.score() > best - 0.03f;
-    same_depth += std::abs(search.best().inverse_depth - truth) < 0.4f * search.StepAt(truth);
+    same_depth += std::abs(search.best().q - truth) < 0.4f * search.StepAt(truth);
   }
   ASSERT_GT(count, 60);
   EXPECT_GT(same_score, 0.96 * count);
@@ -100,7 +100,7 @@ TEST(QuasiDenseSearch, ScoreIsTheMeanOfTheBestNeighbors) {
   const float middle = 0.5f * (view.min_inverse_depth + view.max_inverse_depth);
   for (const InterestPoint& point : grid.cells.pixels) {
     if (!point.exists()) continue;
-    const PixelPlane plane{middle, 1e-4f, -1e-4f};
+    const Plane plane{middle, 1e-4f, -1e-4f};
     PointSearch search(view, point.position);
     search.UseSlots(~0u, 8);
     search.Try(plane);
@@ -127,7 +127,7 @@ TEST(QuasiDenseSearch, StepIsAPixelOfParallax) {
 TEST(QuasiDenseSearch, UsesTheMaskedSlotsFirst) {
   const SearchView view = MakeSearchView(ReliefScene(), 0);
   ASSERT_GE(view.pairings.size(), 4u);
-  const PixelPlane plane{0.5f * (view.min_inverse_depth + view.max_inverse_depth), 0, 0};
+  const Plane plane{0.5f * (view.min_inverse_depth + view.max_inverse_depth), 0, 0};
   PointSearch search(view, {120, 90});
   search.UseSlots(1u << 3, 4);  // one named, another fills up
   search.Try(plane);
@@ -171,7 +171,7 @@ Shares CompareWithTruth(const PhotoScene& scene, const SearchView& view, const P
     ++matched;
     PointSearch search(view, point.position);
     search.UseSlots(~0u, 8);
-    right += std::abs(point.plane.inverse_depth - 1 / depth) < 0.5f * search.StepAt(1 / depth);
+    right += std::abs(point.plane.q - 1 / depth) < 0.5f * search.StepAt(1 / depth);
   }
   EXPECT_GT(count, 100);
   return {static_cast<double>(matched) / count, static_cast<double>(right) / matched};
@@ -201,7 +201,7 @@ TEST(QuasiDenseSearch, SameForAnyNumberOfThreads) {
     Propagate(view, RunContext(num_threads), grid);
   }
   for (size_t i = 0; i < one.cells.size(); ++i) {
-    EXPECT_EQ(one.cells.pixels[i].plane.inverse_depth, three.cells.pixels[i].plane.inverse_depth);
+    EXPECT_EQ(one.cells.pixels[i].plane.q, three.cells.pixels[i].plane.q);
     EXPECT_EQ(one.cells.pixels[i].slots, three.cells.pixels[i].slots);
   }
 }
