@@ -13,15 +13,21 @@ constexpr float kUnseen = 1e9f;
 // chance matches.
 constexpr float kUnseenCost = 0.6f;
 
-// Mean of the `num_best` smallest costs. A source that sees nothing is taken to match as well as
-// the others do, but no better than kUnseenCost: a hypothesis that few sources can judge is not
-// beaten by chance where more can, nor does it win by leaving images.
+// A source that matches worse than the best one by more than this is taken for occluded, or for one
+// that sees another side of an edge of depth.
+constexpr float kMaxOverBest = 0.2f;
+
+// Mean of the `num_best` smallest costs, in ascending order, cut at kMaxOverBest over the first: a
+// right hypothesis beside an edge of depth, where some sources cannot see the window, is not beaten
+// by one that all sources match badly. A source that sees nothing is taken to match as well as the
+// others do, but no better than kUnseenCost: a hypothesis that few sources can judge is not beaten
+// by chance where more can, nor does it win by leaving images.
 void MeanOverSeen(const float (*best)[kPacketSize], int num_best, float* cost) {
   alignas(64) float sum[kPacketSize] = {}, num_seen[kPacketSize] = {};
   for (int k = 0; k < num_best; ++k) {
     for (int i = 0; i < kPacketSize; ++i) {
       const bool seen = best[k][i] < kUnseen;
-      sum[i] += seen ? best[k][i] : 0.0f;
+      sum[i] += seen ? std::min(best[k][i], best[0][i] + kMaxOverBest) : 0.0f;
       num_seen[i] += seen ? 1.0f : 0.0f;
     }
   }

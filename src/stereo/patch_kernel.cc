@@ -6,6 +6,7 @@
 // clang-format off
 #include <hwy/highway.h>
 // clang-format on
+#include "lsmvs/stereo/cell_sampler-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lsmvs {
@@ -15,14 +16,10 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 using DF = hn::CappedTag<float, kPacketSize>;
 using DI = hn::RebindToSigned<DF>;
-using DU = hn::RebindToUnsigned<DF>;
-using DI64 = hn::Repartition<int64_t, DF>;
-using DU64 = hn::Repartition<uint64_t, DF>;
 using F = hn::Vec<DF>;
 using I = hn::Vec<DI>;
 constexpr DF df;
 constexpr DI di;
-constexpr DU du;
 
 // A window that is stretched or tilted more than this is not matched. Together they keep every
 // sample of a window whose corners lie inside the image within kPadding of it.
@@ -104,64 +101,10 @@ HWY_INLINE Warp MakeWarp(const PatchPacket& patch, const WindowShape& window,
   return warp;
 }
 
-// The elements of each lane's sample, in two words of two numbers.
-HWY_INLINE void GatherElements(const uint64_t* origin, I index, hn::Vec<DU>* low_words,
-                               hn::Vec<DU>* high_words) {
-#if HWY_TARGET == HWY_SCALAR
-  const uint64_t element = origin[hn::GetLane(index)];
-  *low_words = hn::Set(du, static_cast<uint32_t>(element));
-  *high_words = hn::Set(du, static_cast<uint32_t>(element >> 32));
-#else
-  constexpr DI64 di64;
-  constexpr DU64 du64;
-  constexpr hn::Half<DI> di_half;
-  const auto first =
-      hn::GatherIndex(du64, origin, hn::PromoteTo(di64, hn::LowerHalf(di_half, index)));
-  const auto second =
-      hn::GatherIndex(du64, origin, hn::PromoteTo(di64, hn::UpperHalf(di_half, index)));
-  *low_words = hn::ConcatEven(du, hn::BitCast(du, second), hn::BitCast(du, first));
-  *high_words = hn::ConcatOdd(du, hn::BitCast(du, second), hn::BitCast(du, first));
-#endif
-}
-
-// The signed numbers in the halves of a word, times 2^16.
-HWY_INLINE F LowNumber(hn::Vec<DU> word) {
-  return hn::ConvertTo(df, hn::BitCast(di, hn::ShiftLeft<16>(word)));
-}
-HWY_INLINE F HighNumber(hn::Vec<DU> word) {
-  return hn::ConvertTo(df, hn::BitCast(di, hn::And(word, hn::Set(du, 0xffff0000u))));
-}
-constexpr float kSampleScale = PackedImage::kScale * 65536.0f;
-
-// Adding this rounds a float of magnitude below 2^22 to an integer, which then stands in the low
-// bits.
-constexpr float kRounder = 12582912.0f;  // 1.5 * 2^23
-constexpr int32_t kRounderBits = 0x4B400000;
-
-// Bilinear samples at (x + 0.5, y + 0.5), in units of 1/kSampleScale. Coordinates at least
-// -kPadding. Rounding x to the nearest integer is flooring x + 0.5, but for ties, where both cells
-// give the same value.
-HWY_INLINE F Sample(const uint64_t* origin, I stride, I bias, F x, F y) {
-  const F rounder = hn::Set(df, kRounder), half = hn::Set(df, 0.5f);
-  const F rounded_x = hn::Add(x, rounder), rounded_y = hn::Add(y, rounder);
-  const I index = hn::Sub(
-      hn::Add(hn::Mul(hn::BitCast(di, rounded_y), stride), hn::BitCast(di, rounded_x)), bias);
-  hn::Vec<DU> low_words, high_words;
-  GatherElements(origin, index, &low_words, &high_words);
-  const F a = hn::Add(hn::Sub(x, hn::Sub(rounded_x, rounder)), half);
-  const F b = hn::Add(hn::Sub(y, hn::Sub(rounded_y, rounder)), half);
-  const F top = hn::MulAdd(a, HighNumber(low_words), LowNumber(low_words));
-  return hn::MulAdd(b, hn::MulAdd(a, HighNumber(high_words), LowNumber(high_words)), top);
-}
-
 HWY_INLINE F ScoreLanes(const PatchPacket& patch, const WindowShape& window, const Warp& warp,
                         const SourceView& source, float noise_variance, size_t lane) {
   F sum = hn::Zero(df), sum_squares = hn::Zero(df), product = hn::Zero(df);
-  const uint64_t* origin = source.image->Origin();
-  const I stride = hn::Set(di, source.image->stride);
-  const uint32_t bias_bits =
-      uint32_t{kRounderBits} * (static_cast<uint32_t>(source.image->stride) + 1);
-  const I bias = hn::Set(di, static_cast<int32_t>(bias_bits));
+  const CellSampler<DF, FusedLerp> sampler(*source.image);
   const F half = hn::Set(df, 0.5f);
   const F center_x = hn::Sub(warp.x, half), center_y = hn::Sub(warp.y, half);
   float offsets[kMaxWindowSide];
@@ -177,18 +120,18 @@ HWY_INLINE F ScoreLanes(const PatchPacket& patch, const WindowShape& window, con
       const F r = Expand(hn::MulAdd(warp.tilt_u, u, row_tilt));
       const F x = hn::MulAdd(hn::MulAdd(warp.xu, u, row_x), r, center_x);
       const F y = hn::MulAdd(hn::MulAdd(warp.yu, u, row_y), r, center_y);
-      const F value = Sample(origin, stride, bias, x, y);
+      const F value = sampler(x, y);
       const F weighted = hn::Mul(hn::Load(df, patch.weight[sample] + lane), value);
       sum = hn::Add(sum, weighted);
       sum_squares = hn::MulAdd(weighted, value, sum_squares);
       product = hn::MulAdd(hn::Load(df, patch.weighted_gray[sample] + lane), value, product);
     }
   }
-  const F unit = hn::Set(df, 1.0f / kSampleScale), noise = hn::Set(df, noise_variance);
-  const F variance = hn::Mul(hn::NegMulAdd(sum, sum, sum_squares), hn::Mul(unit, unit));
+  const F noise = hn::Set(df, noise_variance);
+  const F variance = hn::NegMulAdd(sum, sum, sum_squares);
   const F reference = hn::Add(hn::Load(df, patch.variance + lane), noise);
   const F floor = hn::Add(hn::Max(variance, hn::Zero(df)), noise);
-  const F zncc = hn::Div(hn::Mul(product, unit), hn::Sqrt(hn::Mul(reference, floor)));
+  const F zncc = hn::Div(product, hn::Sqrt(hn::Mul(reference, floor)));
   return hn::IfThenElse(warp.valid, hn::Min(zncc, hn::Set(df, 1.0f)), hn::Set(df, kInvalidZncc));
 }
 

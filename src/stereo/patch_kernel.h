@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "lsmvs/image/raster.h"
-#include "lsmvs/stereo/packed_image.h"
+#include "lsmvs/stereo/cell_image.h"
 
 namespace lsmvs {
 
@@ -13,12 +13,11 @@ namespace lsmvs {
 // source view, each window warped by its own plane. Lanes are pixels, so that warps and sums are
 // vectorised as well as samples.
 //
-// Operations a vector of samples: 8 for the warp, 13 for cell, weights and index, 5 to widen the
-// index and to split words, 8 to convert, 3 to interpolate, 4 for the sums: about 40, and one
-// 64-bit load a lane, gathered: the floor. With two 512-bit ports and two loads a cycle that is 20
-// cycles for 16 samples, 0.45 ns a sample at 2.8 GHz, if all overlaps; measured 0.97 ns
-// (stereo_bench in tests/bench, on a busy machine). A sample of four separately gathered floats
-// takes 1.3 ns.
+// Operations a vector of samples: 8 for the warp, 11 for the cell, its index and the weights within
+// it, 10 to unpack its four pixels, 6 to interpolate, 4 for the sums: about 40, and one 32-bit load
+// a lane, gathered: the floor. With two 512-bit ports and two loads a cycle that is 20 cycles for
+// 16 samples, 0.45 ns a sample at 2.8 GHz, if all overlaps; measured 0.97 ns (stereo_bench in
+// tests/bench, on a busy machine). A sample of four separately gathered floats takes 1.3 ns.
 
 constexpr int kPacketSize = 16;
 constexpr int kMaxWindowSide = 15;  // samples along a side of a window
@@ -73,10 +72,10 @@ void BuildPatch(const GrayImage& gray, const PatchWeights& weights, const Packet
                 PatchPacket* patch);
 
 // Maps reference pixels to a source image: homogeneous source coordinates of reference image
-// coordinates (u, v) at inverse depth q are M (u, v, 1) + e q. Source coordinates are those of
-// PackedImage: (0, 0) is a pixel's centre.
+// coordinates (u, v) at inverse depth q are M (u, v, 1) + e q. Source coordinates count from the
+// centre of the first pixel.
 struct SourceView {
-  const PackedImage* image = nullptr;
+  const CellImage* image = nullptr;
   float m[9] = {};  // row by row
   float e[3] = {};
 };

@@ -25,7 +25,7 @@ constexpr double kWindowsPerPixel = 130;
 constexpr double kSecondsPerSample = 1.2e-9;
 constexpr double kSecondsPerPixel = 1.5e-6;
 constexpr double kBytesPerPixel = 100;
-constexpr double kBytesPerNeighborPixel = 19;
+constexpr double kBytesPerNeighborPixel = 15;
 // Sparse points are few on ground before the camera and on what stands behind the scene: depths so
 // many times beyond their range are tried as well. It costs nothing: planes start from the points
 // and spread, and inverse depth hardly grows beyond the far end.
@@ -39,8 +39,8 @@ constexpr float kMinWindowToNoise = 4;
 // Displacement in the neighbours by which a plain zone may bulge out of its rim's chord, and by
 // which the depths of adjacent pixels of one surface differ; pixels.
 constexpr double kMaxPlainBulgePx = 4, kMaxPlainStepPx = 1.5;
-// Grey variance that rounding leaves at any level.
-constexpr double kRoundingVariance = 0.05;
+// Grey variance that rounding to whole levels leaves at any level of the pyramid.
+constexpr double kRoundingVariance = 0.1;
 
 void CopyTo(const Eigen::Matrix3d& matrix, float* out) {
   for (int i = 0; i < 9; ++i) out[i] = static_cast<float>(matrix(i / 3, i % 3));
@@ -53,7 +53,7 @@ void CopyTo(const Eigen::Vector3d& vector, float* out) {
 struct Level {
   PinholeCamera camera;
   std::shared_ptr<const GrayImage> gray;
-  std::vector<std::unique_ptr<PackedImage>> packed;
+  std::vector<std::unique_ptr<CellImage>> cells;
   std::vector<std::unique_ptr<PlaneMap>> neighbor_planes;
   MatchingProblem problem;
 };
@@ -142,13 +142,13 @@ void ViewMatcher::AddSource(const PinholeCamera& camera, int neighbor_idx, int l
   const View& reference = scene_.views[static_cast<size_t>(view_idx_)];
   const View& neighbor = scene_.views[static_cast<size_t>(neighbor_idx)];
   PinholeCamera neighbor_camera = images_.Camera(neighbor_idx, level);
-  neighbor_camera.cx -= 0.5;  // PackedImage counts from the first pixel's centre
+  neighbor_camera.cx -= 0.5;  // SourceView counts from the first pixel's centre
   neighbor_camera.cy -= 0.5;
   const ViewGeometry geometry =
       BFromA(neighbor_camera, camera, neighbor.cam_from_world * reference.cam_from_world.Inverse());
-  out->packed.push_back(std::make_unique<PackedImage>(*images_.Gray(neighbor_idx, level)));
+  out->cells.push_back(std::make_unique<CellImage>(*images_.Gray(neighbor_idx, level)));
   SourceView source;
-  source.image = out->packed.back().get();
+  source.image = out->cells.back().get();
   CopyTo(geometry.m, source.m);
   CopyTo(geometry.e, source.e);
   out->problem.sources.push_back(source);

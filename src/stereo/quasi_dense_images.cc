@@ -9,13 +9,13 @@ std::shared_ptr<const CellImage> CellImages::Get(int view_idx, int level) {
     order_.splice(order_.begin(), order_, found->second.place);
     return found->second.image;
   }
-  auto image = std::make_shared<const CellImage>(PackCells(*images_.Gray(view_idx, level)));
+  auto image = std::make_shared<const CellImage>(*images_.Gray(view_idx, level));
   order_.push_front(key);
   entries_[key] = {image, order_.begin()};
-  held_bytes_ += image->size() * sizeof(uint32_t);
+  held_bytes_ += image->bytes();
   while (held_bytes_ > budget_bytes_ && order_.size() > 1) {
     const auto oldest = entries_.find(order_.back());
-    held_bytes_ -= oldest->second.image->size() * sizeof(uint32_t);
+    held_bytes_ -= oldest->second.image->bytes();
     entries_.erase(oldest);
     order_.pop_back();
   }

@@ -1,7 +1,6 @@
 #include "lsmvs/stereo/quasi_dense_window_internal.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "lsmvs/util/check.h"
@@ -9,7 +8,10 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "lsmvs/stereo/quasi_dense_window.cc"
 #include <hwy/foreach_target.h>
+// clang-format off
 #include <hwy/highway.h>
+// clang-format on
+#include "lsmvs/stereo/cell_sampler-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lsmvs::quasi_dense::HWY_NAMESPACE {
@@ -19,9 +21,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 // same order everywhere. Products and sums are never fused for the same reason.
 constexpr size_t kNumLanes = 16;
 using FloatTag = hn::CappedTag<float, kNumLanes>;
-using IntTag = hn::RebindToSigned<FloatTag>;
 using Floats = hn::Vec<FloatTag>;
-using Ints = hn::Vec<IntTag>;
 constexpr size_t kLanesOfVector = hn::MaxLanes(FloatTag());
 constexpr size_t kNumVectors = kNumLanes / kLanesOfVector;
 
@@ -43,25 +43,14 @@ struct Sums {
   }
 };
 
-// 1.5 * 2^23: a float of this size counts in ones.
-constexpr float kRound = 12582912.0f;
-
-// Bits of kRound as row times the width plus as column, modulo 2^32 as the vectors compute it.
-HWY_INLINE int32_t OriginBits(int width) {
-  const uint32_t bits = std::bit_cast<uint32_t>(kRound);
-  return static_cast<int32_t>(bits * static_cast<uint32_t>(width) + bits);
-}
-
 // Bilinear samples of the warped pattern, from sample `first` on.
 struct Sampler {
   HWY_INLINE Sampler(const CellImage& image, const WindowPattern& window_pattern,
                      const WindowWarp& warp)
-      : cells(reinterpret_cast<const int32_t*>(image.pixels.data())),
+      : cells(image),
         pattern(window_pattern),
-        width(hn::Set(IntTag(), image.width)),
-        origin(hn::Set(IntTag(), OriginBits(image.width))),
-        x(hn::Set(FloatTag(), warp.x - 0.5f)),
-        y(hn::Set(FloatTag(), warp.y - 0.5f)),
+        x(hn::Set(FloatTag(), warp.x - 1.0f)),
+        y(hn::Set(FloatTag(), warp.y - 1.0f)),
         xx(hn::Set(FloatTag(), warp.xx)),
         xy(hn::Set(FloatTag(), warp.xy)),
         yx(hn::Set(FloatTag(), warp.yx)),
@@ -69,33 +58,13 @@ struct Sampler {
 
   HWY_INLINE Floats Sample(size_t first) const {
     const FloatTag f;
-    const IntTag i;
     const Floats dx = hn::Load(f, pattern.dx + first), dy = hn::Load(f, pattern.dy + first);
-    const Floats px = hn::Add(x, hn::Add(hn::Mul(xx, dx), hn::Mul(xy, dy)));
-    const Floats py = hn::Add(y, hn::Add(hn::Mul(yx, dx), hn::Mul(yy, dy)));
-    // Adding kRound leaves the nearest whole number in the low bits: of half a pixel less, the
-    // corner of the cell. The bits of both sums carry those of kRound, which `origin` takes away.
-    const Floats round = hn::Set(f, kRound), half = hn::Set(f, 0.5f);
-    const Floats column = hn::Add(hn::Sub(px, half), round);
-    const Floats row = hn::Add(hn::Sub(py, half), round);
-    const Floats a = hn::Sub(px, hn::Sub(column, round));
-    const Floats b = hn::Sub(py, hn::Sub(row, round));
-    const Ints index =
-        hn::Sub(hn::Add(hn::Mul(hn::BitCast(i, row), width), hn::BitCast(i, column)), origin);
-    const Ints cell = hn::GatherIndex(i, cells, index);
-    const Ints byte = hn::Set(i, 255);
-    const Floats top_left = hn::ConvertTo(f, hn::And(cell, byte));
-    const Floats top_right = hn::ConvertTo(f, hn::And(hn::ShiftRight<8>(cell), byte));
-    const Floats bottom_left = hn::ConvertTo(f, hn::And(hn::ShiftRight<16>(cell), byte));
-    const Floats bottom_right = hn::ConvertTo(f, hn::And(hn::ShiftRight<24>(cell), byte));
-    const Floats top = hn::Add(top_left, hn::Mul(a, hn::Sub(top_right, top_left)));
-    const Floats bottom = hn::Add(bottom_left, hn::Mul(a, hn::Sub(bottom_right, bottom_left)));
-    return hn::Add(top, hn::Mul(b, hn::Sub(bottom, top)));
+    return cells(hn::Add(x, hn::Add(hn::Mul(xx, dx), hn::Mul(xy, dy))),
+                 hn::Add(y, hn::Add(hn::Mul(yx, dx), hn::Mul(yy, dy))));
   }
 
-  const int32_t* cells;
+  lsmvs::HWY_NAMESPACE::CellSampler<FloatTag, lsmvs::HWY_NAMESPACE::PortableLerp> cells;
   const WindowPattern& pattern;
-  Ints width, origin;
   Floats x, y, xx, xy, yx, yy;
 };
 
@@ -161,25 +130,6 @@ namespace lsmvs::quasi_dense {
 
 HWY_EXPORT(ReadReferenceWindow);
 HWY_EXPORT(CompareWindow);
-
-CellImage PackCells(const GrayImage& image) {
-  Raster<uint8_t> bytes(image.width, image.height);
-  std::transform(image.pixels.begin(), image.pixels.end(), bytes.pixels.begin(), [](float value) {
-    return static_cast<uint8_t>(std::clamp(value, 0.0f, 255.0f) + 0.5f);
-  });
-  CellImage cells(image.width, image.height);
-  for (int row = 0; row < image.height; ++row) {
-    const uint8_t* top = bytes.Row(row);
-    const uint8_t* bottom = bytes.Row(std::min(row + 1, image.height - 1));
-    for (int column = 0; column < image.width; ++column) {
-      const int right = std::min(column + 1, image.width - 1);
-      cells(column, row) =
-          static_cast<uint32_t>(top[column]) | static_cast<uint32_t>(top[right]) << 8 |
-          static_cast<uint32_t>(bottom[column]) << 16 | static_cast<uint32_t>(bottom[right]) << 24;
-    }
-  }
-  return cells;
-}
 
 WindowPattern MakeWindowPattern(int radius) {
   LSMVS_CHECK_GE(radius, 1);

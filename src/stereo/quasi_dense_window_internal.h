@@ -1,19 +1,8 @@
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
-#include "lsmvs/image/raster.h"
+#include "lsmvs/stereo/cell_image.h"
 
 namespace lsmvs::quasi_dense {
-
-// A grey image of 8 bits, prepared for bilinear samples: element (column, row) packs the pixels
-// (column, row), (column + 1, row), (column, row + 1), (column + 1, row + 1), first in the lowest
-// byte, so that one 32-bit load gets all that a sample needs. 4 bytes a pixel, as GrayImage.
-using CellImage = Raster<uint32_t>;
-// Rounds to whole grey levels (0.3 of noise, far below that of a sensor); repeats the last column
-// and row.
-CellImage PackCells(const GrayImage& image);
 
 // Largest window radius and the samples it takes at most.
 inline constexpr int kMaxWindowRadius = 7;

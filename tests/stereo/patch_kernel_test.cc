@@ -12,13 +12,15 @@
 namespace lsmvs {
 namespace {
 
+// Even grey values: half of them are whole, too, as CellImage holds them.
 GrayImage WavyImage(int width, int height, double shift) {
   GrayImage image(width, height);
   for (int row = 0; row < height; ++row) {
     for (int column = 0; column < width; ++column) {
       const double x = column + 0.3 * row + shift, y = row - 0.2 * column;
-      image(column, row) = static_cast<float>(128 + 50 * std::sin(0.31 * x) * std::cos(0.23 * y) +
-                                              30 * std::sin(0.11 * y + 0.07 * x));
+      const double gray =
+          128 + 50 * std::sin(0.31 * x) * std::cos(0.23 * y) + 30 * std::sin(0.11 * y + 0.07 * x);
+      image(column, row) = static_cast<float>(2 * std::round(gray / 2));
     }
   }
   return image;
@@ -28,14 +30,14 @@ GrayImage WavyImage(int width, int height, double shift) {
 struct PacketScene {
   explicit PacketScene(unsigned seed)
       : reference(WavyImage(90, 70, 0)), source_image(WavyImage(90, 70, 2)) {
-    packed = PackedImage(source_image);
+    cells = CellImage(source_image);
     problem.gray = &reference;
     problem.weights = PatchWeights({}, 5.0, 51.0);
     std::mt19937 random(seed);
     const auto uniform = [&](double low, double high) {
       return static_cast<float>(std::uniform_real_distribution<double>(low, high)(random));
     };
-    source.image = &packed;
+    source.image = &cells;
     const float m[9] = {1.01f, 0.02f, -2.0f, -0.03f, 0.98f, 1.5f, 2e-4f, -1e-4f, 1.0f};
     std::copy(m, m + 9, source.m);
     source.e[0] = 40.0f, source.e[1] = -6.0f, source.e[2] = 0.1f;
@@ -50,7 +52,7 @@ struct PacketScene {
   }
 
   GrayImage reference, source_image;
-  PackedImage packed;
+  CellImage cells;
   MatchingProblem problem;
   SourceView source;
   PacketPixels pixels;
@@ -132,7 +134,7 @@ TEST(ScorePacket, MatchesDefinitionOnEveryInstructionSet) {
 
 TEST(ScorePacket, IsNearOneOnItself) {
   PacketScene scene(1);
-  scene.packed = PackedImage(scene.reference);
+  scene.cells = CellImage(scene.reference);
   const float identity[9] = {1, 0, -0.5f, 0, 1, -0.5f, 0, 0, 1};
   std::copy(identity, identity + 9, scene.source.m);
   std::fill(scene.source.e, scene.source.e + 3, 0.0f);
@@ -148,8 +150,8 @@ TEST(ScorePacket, DoesNotFeelGainAndOffset) {
   PacketScene scene(2);
   alignas(64) float before[kPacketSize], after[kPacketSize];
   ScorePacket(scene.patch, scene.problem.weights.window, scene.planes, scene.source, 0.01f, before);
-  for (float& value : scene.source_image.pixels) value = 0.7f * value + 20;
-  scene.packed = PackedImage(scene.source_image);
+  for (float& value : scene.source_image.pixels) value = 0.5f * value + 20;
+  scene.cells = CellImage(scene.source_image);
   ScorePacket(scene.patch, scene.problem.weights.window, scene.planes, scene.source, 0.01f, after);
   for (int lane = 0; lane < kPacketSize; ++lane) EXPECT_NEAR(before[lane], after[lane], 2e-3f);
 }

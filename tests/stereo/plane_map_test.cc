@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "lsmvs/stereo/packed_image.h"
+#include "lsmvs/stereo/cell_image.h"
 
 namespace lsmvs {
 namespace {
@@ -66,31 +66,23 @@ TEST(PlaneMap, ResizesAPlaneExactly) {
   ExpectSame(ToDepthMap(kCamera, ResizePlaneMap(planes, 64, 48)), PlaneDepthMap(kCamera));
 }
 
-TEST(PackedImage, HoldsBilinearCoefficientsAndRepeatsBorders) {
+TEST(CellImage, HoldsFourPixelsACellAndRepeatsBorders) {
   GrayImage image(3, 2);
-  const float grays[] = {0.25f, 10.25f, 20.25f, 255.0f, 40.25f, 0.0f};
+  const float grays[] = {0.4f, 10.6f, 20.0f, 255.0f, 40.0f, 300.0f};
   std::copy(grays, grays + 6, image.pixels.begin());
-  const PackedImage packed(image);
-  const auto number = [&](int column, int row, int which) {
-    const uint64_t element = packed.Origin()[row * packed.stride + column];
-    return static_cast<float>(static_cast<int16_t>(element >> (16 * which))) / PackedImage::kScale;
+  const CellImage cells(image);
+  const auto cell = [&](int column, int row) {
+    return cells.Origin()[row * cells.stride + column];
   };
-  EXPECT_EQ(number(0, 0, 0), 0.25f);
-  EXPECT_EQ(number(0, 0, 1), 10.0f);
-  EXPECT_EQ(number(0, 0, 2), 254.75f);
-  EXPECT_EQ(number(0, 0, 3), 40.25f - 255.0f - 10.0f);
-  EXPECT_EQ(number(2, 1, 0), 0.0f);
-  EXPECT_EQ(number(2, 1, 1), 0.0f);
-  EXPECT_EQ(number(-8, -8, 0), 0.25f);
-  EXPECT_EQ(number(-8, -8, 3), 0.0f);
-  EXPECT_EQ(number(10, 9, 0), 0.0f);
-}
-
-TEST(PackedImage, HoldsTheLargestDifferences) {
-  GrayImage image(2, 2);
-  image.pixels = {0, 255, 255, 0};
-  const uint64_t element = PackedImage(image).Origin()[0];
-  EXPECT_EQ(static_cast<int16_t>(element >> 48), -510 * static_cast<int>(PackedImage::kScale));
+  const auto pack = [](uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
+    return a | b << 8 | c << 16 | d << 24;
+  };
+  EXPECT_EQ(cell(0, 0), pack(0, 11, 255, 40));
+  EXPECT_EQ(cell(1, 0), pack(11, 20, 40, 255));
+  EXPECT_EQ(cell(2, 1), pack(255, 255, 255, 255));
+  EXPECT_EQ(cell(-1, 0), pack(0, 0, 255, 255));
+  EXPECT_EQ(cell(-8, -8), pack(0, 0, 0, 0));
+  EXPECT_EQ(cell(10, 9), pack(255, 255, 255, 255));
 }
 
 }  // namespace

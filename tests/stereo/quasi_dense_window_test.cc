@@ -91,7 +91,7 @@ TEST(QuasiDenseWindow, PatternIsASquareWithoutCorners) {
 
 TEST(QuasiDenseWindow, EqualsTheObviousZncc) {
   const GrayImage a = RandomImage(64, 48, 1), b = RandomImage(64, 48, 2);
-  const CellImage cells_a = PackCells(a), cells_b = PackCells(b);
+  const CellImage cells_a = CellImage(a), cells_b = CellImage(b);
   Random random(3);
   for (const int radius : {1, 3, 5, 7}) {
     const WindowPattern pattern = MakeWindowPattern(radius);
@@ -113,17 +113,17 @@ TEST(QuasiDenseWindow, IgnoresGainAndOffset) {
   GrayImage image = RandomImage(32, 32, 5);
   const WindowPattern pattern = MakeWindowPattern(3);
   ReferenceWindow reference;
-  ReadReferenceWindow(PackCells(image), pattern, At(16.5f, 16.5f), &reference);
-  EXPECT_NEAR(CompareWindow(PackCells(image), pattern, At(16.5f, 16.5f), reference), 1, 1e-5);
+  ReadReferenceWindow(CellImage(image), pattern, At(16.5f, 16.5f), &reference);
+  EXPECT_NEAR(CompareWindow(CellImage(image), pattern, At(16.5f, 16.5f), reference), 1, 1e-5);
   for (float& value : image.pixels) value = 0.5f * value + 60;
-  EXPECT_NEAR(CompareWindow(PackCells(image), pattern, At(16.5f, 16.5f), reference), 1, 1e-3);
+  EXPECT_NEAR(CompareWindow(CellImage(image), pattern, At(16.5f, 16.5f), reference), 1, 1e-3);
   for (float& value : image.pixels) value = 255 - value;
-  EXPECT_NEAR(CompareWindow(PackCells(image), pattern, At(16.5f, 16.5f), reference), -1, 1e-3);
+  EXPECT_NEAR(CompareWindow(CellImage(image), pattern, At(16.5f, 16.5f), reference), -1, 1e-3);
 }
 
 TEST(QuasiDenseWindow, FlatWindowsMatchNothing) {
-  const CellImage flat = PackCells(GrayImage(32, 32, 77.0f));
-  const CellImage textured = PackCells(RandomImage(32, 32, 5));
+  const CellImage flat = CellImage(GrayImage(32, 32, 77.0f));
+  const CellImage textured = CellImage(RandomImage(32, 32, 5));
   const WindowPattern pattern = MakeWindowPattern(3);
   ReferenceWindow reference;
   ReadReferenceWindow(flat, pattern, At(16, 16), &reference);
@@ -139,14 +139,14 @@ TEST(QuasiDenseWindow, DeviationIsThatOfTheGreyValues) {
     for (int x = 0; x < 32; ++x) image(x, y) = (x + y) % 2 == 0 ? 90.0f : 110.0f;
   }
   ReferenceWindow reference;
-  ReadReferenceWindow(PackCells(image), MakeWindowPattern(3), At(16.5f, 16.5f), &reference);
+  ReadReferenceWindow(CellImage(image), MakeWindowPattern(3), At(16.5f, 16.5f), &reference);
   EXPECT_NEAR(reference.mean, 100, 1);
   EXPECT_NEAR(reference.deviation, 10, 0.1);
 }
 
 // At the very border no pixel beyond the image is read (the sanitizers watch).
 TEST(QuasiDenseWindow, BorderIsInside) {
-  const CellImage cells = PackCells(RandomImage(20, 10, 9));
+  const CellImage cells = CellImage(RandomImage(20, 10, 9));
   const WindowPattern pattern = MakeWindowPattern(3);
   ReferenceWindow reference;
   ReadReferenceWindow(cells, pattern, At(10, 5), &reference);
@@ -164,7 +164,7 @@ TEST(QuasiDenseWindow, BorderIsInside) {
 }
 
 TEST(QuasiDenseWindow, SameValueOnEveryInstructionSet) {
-  const CellImage a = PackCells(RandomImage(64, 48, 1)), b = PackCells(RandomImage(64, 48, 2));
+  const CellImage a = CellImage(RandomImage(64, 48, 1)), b = CellImage(RandomImage(64, 48, 2));
   const WindowPattern pattern = MakeWindowPattern(4);
   std::vector<WindowWarp> warps;
   Random random(7);
