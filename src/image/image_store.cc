@@ -159,7 +159,8 @@ struct ImageStore::Cache {
     if (found == entries.end() || found->second != entry) return;
     entry->bytes = bytes;
     held += bytes;
-    while (held > budget && order.back() != key) DropOldest();
+    while (held > budget && DropOldestBut(key)) {
+    }
   }
 
   void Trim(size_t max_bytes) {
@@ -167,11 +168,25 @@ struct ImageStore::Cache {
     while (held > max_bytes) DropOldest();
   }
 
-  void DropOldest() {
-    const auto oldest = entries.find(order.back());
-    held -= oldest->second->bytes;
-    entries.erase(oldest);
-    order.pop_back();
+  void DropOldest() { Drop(std::prev(order.end())); }
+
+  // The image given, and those that are still being decoded, may be the oldest themselves where
+  // many threads ask for images. False if there is no other.
+  bool DropOldestBut(const Key& key) {
+    const auto droppable = [&](const Key& other) {
+      return other != key && entries.find(other)->second->bytes > 0;
+    };
+    const auto oldest = std::find_if(order.rbegin(), order.rend(), droppable);
+    if (oldest == order.rend()) return false;
+    Drop(std::prev(oldest.base()));
+    return true;
+  }
+
+  void Drop(std::list<Key>::iterator place) {
+    const auto entry = entries.find(*place);
+    held -= entry->second->bytes;
+    entries.erase(entry);
+    order.erase(place);
   }
 
   size_t budget;
