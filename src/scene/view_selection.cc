@@ -39,7 +39,7 @@ double AngleWeight(double angle_deg, double best_deg) {
   return ratio * std::sqrt(ratio);
 }
 
-// Metres of surface that a pixel covers where the point lies; not positive behind the camera.
+// Surface that a pixel covers where the point lies, world units; not positive behind the camera.
 double PixelFootprint(const View& view, const SparsePoint& point) {
   return view.Depth(point.x_in_world) / view.camera.MeanFocalLength();
 }
