@@ -13,7 +13,7 @@ class PatchMatchStereoCommand : public Command {
   CommandInfo Info() const override {
     return {
         "patch_match_stereo",
-        "photos -> depth and normal maps",
+        "Photos -> depth and normal maps",
         "Estimates depth and normal maps of all photos of a dense workspace, on the CPU. Writes "
         "stereo/depth_maps/<image>.{photometric,geometric}.bin and the same under "
         "stereo/normal_maps, in COLMAP's format: "
