@@ -20,11 +20,8 @@ constexpr double kSecondsPerPixel = 0.45e-6;
 constexpr double kBytesPerPixel = 440;
 // A view sees through a point if its map lies so many times the thresholds behind it.
 constexpr double kSeeThroughFactor = 2;
-// Colour images that the store keeps for the next reference view, whose neighbours are much the
-// same.
-constexpr size_t kImagesHeld = 12;
-// Pixels of weak support must hang together over the area of a matching window: less repeats the
-// evidence of one window.
+// Pixels of weak support must hang together over the area of a few matching windows: less repeats
+// the evidence of one.
 constexpr int kMinWeakArea = 121;
 
 // One bit a pixel.
@@ -179,7 +176,7 @@ Fuser::Fuser(const Scene& scene, const ImageStore& images,
       maps_(maps),
       options_(options),
       thresholds_(options),
-      image_bytes_held_(kImagesHeld * LargestImagePixels(images) *
+      image_bytes_held_(kViewsHeld * LargestImagePixels(images) *
                         (sizeof(Color) + sizeof(uint8_t))),
       neighbor_idxs_(SymmetricNeighbors(neighbors, options.check_num_images)),
       covered_(scene.views.size()),
