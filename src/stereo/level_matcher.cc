@@ -87,7 +87,6 @@ LevelMatcher::Packet LevelMatcher::Load(int tile_column, int tile_row, int color
     packet.planes.qy[lane] = plane.qy;
     packet.costs[lane] = costs_(pixels[lane].column, pixels[lane].row);
   }
-  packet.step = InverseDepthStep(packet);
   return packet;
 }
 
@@ -291,6 +290,7 @@ void LevelMatcher::InheritNeighbors(const PlaneMap& coarse, const RunContext& co
 void LevelMatcher::Sweep(const SweepSettings& settings, const RunContext& context) {
   for (const int color : {0, 1}) {
     ForEachPacket(context, color, [&](Packet* packet) {
+      packet->step = InverseDepthStep(*packet);
       Propagate(settings.num_propagated, packet);
       Perturb(settings, packet);
       if (settings.parabola_px > 0)

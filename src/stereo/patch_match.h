@@ -28,10 +28,10 @@ namespace lsmvs {
 // Without `geom_consistency` there is the photometric pass alone: full resolution and filtered.
 struct PatchMatchOptions {
   // Half size of the matching window in pixels, at every level; twice that where there is little
-  // texture above noise_sigma. Larger blurs detail: a plane does
-  // not fit the surface over the window, least of all across an edge of depth. 5 x 5 samples close
-  // together lie nearer to the truth than as many over 11 x 11 pixels, even with three times the
-  // usual sensor noise; what a small window cannot tell apart, the coarser levels have settled.
+  // texture above noise_sigma. Larger blurs detail: a plane does not fit the surface over the
+  // window, least of all across an edge of depth. 5 x 5 samples close together lie nearer to the
+  // truth than as many over 11 x 11 pixels, even with three times the usual sensor noise; what a
+  // small window cannot tell apart, the coarser levels have settled.
   int window_radius = 2;
   // Pixels between samples of a window. Raising it is faster and noisier.
   int window_step = 1;
