@@ -90,11 +90,6 @@ LevelMatcher::Packet LevelMatcher::Load(int tile_column, int tile_row, int color
   return packet;
 }
 
-void LevelMatcher::Score(const PlanePacket& planes, const Packet& packet, float* costs) const {
-  packet.scorer.Cost(planes, packet.views, NumBestViews(static_cast<int>(packet.views.size())),
-                     costs);
-}
-
 void LevelMatcher::Store(const Packet& packet) {
   for (int lane = 0; lane < kPacketSize; ++lane) {
     if (!packet.inside[lane]) continue;
@@ -117,7 +112,7 @@ void LevelMatcher::ForEachPacket(const RunContext& context, int color, const Bod
 
 void LevelMatcher::Try(const PlanePacket& candidate, Packet* packet) const {
   alignas(64) float costs[kPacketSize];
-  Score(candidate, *packet, costs);
+  packet->scorer.Cost(candidate, packet->views, costs);
   PlanePacket& planes = packet->planes;
   for (int lane = 0; lane < kPacketSize; ++lane) {
     const bool better = costs[lane] < packet->costs[lane] && candidate.q[lane] >= min_q_ &&
@@ -201,9 +196,9 @@ void LevelMatcher::RefineByParabola(float (PlanePacket::*field)[kPacketSize], fl
   alignas(64) float after[kPacketSize], before[kPacketSize];
   PlanePacket candidate = packet->planes;
   for (float& value : candidate.*field) value += step;
-  Score(candidate, *packet, after);
+  packet->scorer.Cost(candidate, packet->views, after);
   for (float& value : candidate.*field) value -= 2 * step;
-  Score(candidate, *packet, before);
+  packet->scorer.Cost(candidate, packet->views, before);
   const float noise = problem_.noise_variance;
   for (int lane = 0; lane < kPacketSize; ++lane) {
     const float damping = kStepDamping * noise / (packet->scorer.patch().variance[lane] + noise);
@@ -247,7 +242,7 @@ void LevelMatcher::Start(PlaneMap planes, int num_views, const RunContext& conte
       if (color == 0) ChooseViews(num_tile_views_, packet);
       packet->views =
           std::span(tile_views_[packet->tile]).first(static_cast<size_t>(num_tile_views_));
-      Score(packet->planes, *packet, packet->costs);
+      packet->scorer.Cost(packet->planes, packet->views, packet->costs);
     });
   }
   ++sweep_;

@@ -74,7 +74,6 @@ class LevelMatcher {
   void RefineByParabola(float (PlanePacket::*field)[kPacketSize], float step, Packet* packet) const;
   void ChooseViews(int num_views, Packet* packet);
   float InverseDepthStep(const Packet& packet) const;
-  void Score(const PlanePacket& planes, const Packet& packet, float* costs) const;
   size_t TileIndex(int tile_column, int tile_row) const;
 
   const MatchingProblem& problem_;

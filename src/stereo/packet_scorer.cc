@@ -13,6 +13,8 @@ constexpr float kUnseen = 1e9f;
 // chance matches.
 constexpr float kUnseenCost = 0.6f;
 
+// So many sources are averaged: the others may be occluded.
+constexpr int kNumBest = 2;
 // A source that matches worse than the best one by more than this is taken for occluded, or for one
 // that sees another side of an edge of depth.
 constexpr float kMaxOverBest = 0.2f;
@@ -56,9 +58,10 @@ void PacketScorer::GeometricError(const PlanePacket& planes, int source, float* 
                        problem_.geometric_max_px, error_px);
 }
 
-void PacketScorer::Cost(const PlanePacket& planes, std::span<const uint8_t> views, int num_best,
+void PacketScorer::Cost(const PlanePacket& planes, std::span<const uint8_t> views,
                         float* cost) const {
-  alignas(64) float best[kMaxSources][kPacketSize];
+  const int num_best = std::min(static_cast<int>(views.size()), kNumBest);
+  alignas(64) float best[kNumBest][kPacketSize];
   alignas(64) float value[kPacketSize], error[kPacketSize];
   for (int k = 0; k < num_best; ++k) std::fill_n(best[k], kPacketSize, kUnseen);
   for (const uint8_t source : views) {

@@ -37,20 +37,16 @@ class PacketScorer {
   // Forward-backward error in reference pixels, cut at geometric_max_px; the cut value where the
   // map says nothing.
   void GeometricError(const PlanePacket& planes, int source, float* error_px) const;
-  // 1 - ZNCC plus the geometric term, mean over the `num_best` cheapest of the sources; one that is
+  // 1 - ZNCC plus the geometric term, mean over the two cheapest of the sources; one that is
   // .2 worse than the best or more counts as .2 worse: it may not see the surface. Where fewer see
   // the window, the missing ones count as those that do, if a little pessimistically: a pixel at
   // the border of the scene that two views see is matched with two.
-  void Cost(const PlanePacket& planes, std::span<const uint8_t> views, int num_best,
-            float* cost) const;
+  void Cost(const PlanePacket& planes, std::span<const uint8_t> views, float* cost) const;
   const PatchPacket& patch() const { return patch_; }
 
  private:
   const MatchingProblem& problem_;
   PatchPacket patch_;
 };
-
-// How many of `num_views` sources are averaged: the others may be occluded.
-inline int NumBestViews(int num_views) { return std::min(num_views, 2); }
 
 }  // namespace lsmvs

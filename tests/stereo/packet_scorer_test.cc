@@ -54,7 +54,7 @@ struct ShiftedSources {
       planes.qx[lane] = planes.qy[lane] = 0;
     }
     alignas(64) float costs[kPacketSize];
-    PacketScorer(shifted, pixels).Cost(planes, views, NumBestViews(kNumSources), costs);
+    PacketScorer(shifted, pixels).Cost(planes, views, costs);
     return {costs, costs + kPacketSize};
   }
 
