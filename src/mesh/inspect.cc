@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "lsmvs/util/check.h"
+#include "lsmvs/util/disjoint_sets.h"
 
 namespace lsmvs {
 
@@ -16,21 +17,6 @@ namespace {
 struct HalfEdge {
   int low, high;
   bool forward;  // runs from low to high
-};
-
-class DisjointSets {
- public:
-  explicit DisjointSets(size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), size_t{0});
-  }
-  size_t Find(size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void Unite(size_t a, size_t b) { parent_[Find(a)] = Find(b); }
-
- private:
-  std::vector<size_t> parent_;
 };
 
 std::vector<HalfEdge> SortedHalfEdges(const TriangleMesh& mesh) {
@@ -88,17 +74,19 @@ void CountVerticesAndComponents(const TriangleMesh& mesh, MeshInspection* result
   DisjointSets fans(3 * mesh.faces.size());
   for (size_t i = 1; i < spokes.size(); ++i) {
     if (spokes[i].center == spokes[i - 1].center && spokes[i].rim == spokes[i - 1].rim) {
-      fans.Unite(spokes[i].corner, spokes[i - 1].corner);
+      fans.Unite(static_cast<uint32_t>(spokes[i].corner),
+                 static_cast<uint32_t>(spokes[i - 1].corner));
     }
   }
   std::vector<size_t> num_fans(mesh.vertices.size(), 0);
   for (size_t corner = 0; corner < 3 * mesh.faces.size(); ++corner) {
-    if (fans.Find(corner) == corner) ++num_fans[mesh.faces[corner / 3][corner % 3]];
+    if (fans.Find(static_cast<uint32_t>(corner)) == corner)
+      ++num_fans[mesh.faces[corner / 3][corner % 3]];
   }
   for (size_t v = 0; v < num_fans.size(); ++v) {
     result->num_unused_vertices += (num_fans[v] == 0);
     result->num_nonmanifold_vertices += (num_fans[v] > 1);
-    result->num_components += (num_fans[v] > 0 && components.Find(v) == v);
+    result->num_components += (num_fans[v] > 0 && components.Find(static_cast<uint32_t>(v)) == v);
   }
 }
 

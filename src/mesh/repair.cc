@@ -4,29 +4,11 @@
 #include <numeric>
 #include <utility>
 
+#include "lsmvs/util/disjoint_sets.h"
+
 namespace lsmvs {
 
 namespace {
-
-class DisjointSets {
- public:
-  explicit DisjointSets(size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-  }
-  uint32_t Find(uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  // The lower one stands for both.
-  void Unite(uint32_t a, uint32_t b) {
-    a = Find(a);
-    b = Find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<uint32_t> parent_;
-};
 
 // Side k of a face, from corner k to the next.
 struct Side {

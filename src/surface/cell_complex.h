@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "lsmvs/surface/minimum_cut.h"
+#include "lsmvs/graph/minimum_cut.h"
 
 namespace lsmvs {
 

@@ -4,7 +4,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "lsmvs/surface/minimum_cut.h"
+#include "lsmvs/graph/minimum_cut.h"
 
 namespace lsmvs::internal {
 

@@ -13,8 +13,8 @@
 #include <numbers>
 #include <utility>
 
+#include "lsmvs/graph/minimum_cut.h"
 #include "lsmvs/surface/cell_complex.h"
-#include "lsmvs/surface/minimum_cut.h"
 #include "lsmvs/surface/point_merging.h"
 #include "lsmvs/surface/visibility_mesher.h"
 #include "lsmvs/surface/visibility_weights.h"

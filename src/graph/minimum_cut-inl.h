@@ -1,10 +1,13 @@
 #pragma once
 
+// How MaximizeFlow works. To be included once for each type of node that is cut, in the .cc file
+// that instantiates it.
+
 #include <algorithm>
 #include <limits>
 #include <vector>
 
-#include "lsmvs/surface/minimum_cut.h"
+#include "lsmvs/graph/minimum_cut.h"
 
 namespace lsmvs::internal {
 
@@ -297,3 +300,12 @@ class BreadthFirstFlow {
 };
 
 }  // namespace lsmvs::internal
+
+namespace lsmvs {
+
+template <class Node>
+int64_t MaximizeFlow(std::vector<Node>* nodes, const RunContext& context) {
+  return internal::BreadthFirstFlow<Node>(nodes, context).Run();
+}
+
+}  // namespace lsmvs

@@ -1,4 +1,4 @@
-#include "lsmvs/surface/minimum_cut.h"
+#include "lsmvs/graph/minimum_cut.h"
 
 #include <gtest/gtest.h>
 
