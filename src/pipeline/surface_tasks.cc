@@ -13,7 +13,7 @@ namespace lsmvs {
 
 namespace {
 
-constexpr const char* kSurfaceVersion = "6";
+constexpr const char* kSurfaceVersion = "7";
 constexpr const char* kRefinementVersion = "2";
 
 // Before there is a cloud: points that fusion makes of a pixel, and views of a point; measured on

@@ -29,16 +29,26 @@ void VisibilityMesherOptions::Describe(OptionSet* options) {
   options->Add(group + "quality_regularization", &quality_regularization,
                "Weight of the shape of facets; raising it gives smoother surfaces and less detail",
                {0, 1e4});
-  options->Add(
-      group + "max_side_length_factor", &max_side_length_factor,
-      "Facets with an edge longer than this times the usual edge length are dropped; 0 keeps "
-      "all",
-      {0, 1e6});
+  options->AddEnum(
+      group + "completeness", &completeness,
+      "What becomes of facets that span what nobody measured: closed keeps them inside "
+      "of the surface, seen drops them there, too, strict drops each by itself",
+      {{"closed", Completeness::kClosed},
+       {"seen", Completeness::kSeen},
+       {"strict", Completeness::kStrict}});
+  options->Add(group + "max_gap_share", &max_gap_share,
+               "Width of gaps that stay closed, as a share of the photos' longer side; raising it "
+               "keeps more and gives smoother borders",
+               {0, 1});
+  options->Add(group + "max_side_length_factor", &max_side_length_factor,
+               "Facets with an edge longer than this times the usual edge length span what nobody "
+               "measured; 0: no limit",
+               {0, 1e6});
   options->Add(
       group + "max_web_factor", &max_web_factor,
       "Facets that are long, deep along all lines of sight and against the points' normals "
-      "are dropped, sooner where few views saw a corner; raising it closes more of what "
-      "nobody saw; 0 keeps all",
+      "span what nobody measured, sooner where few views saw a corner; raising it keeps more; 0: "
+      "no limit",
       {0, 1e6});
   options->Add(group + "normal_check_factor", &normal_check_factor,
                "Facets with an edge longer than this times the usual edge length (less where few "

@@ -9,6 +9,7 @@
 
 #include "lsmvs/mesh/repair.h"
 #include "lsmvs/mesh/smoothing.h"
+#include "lsmvs/mesh/surface_trimming.h"
 
 namespace lsmvs {
 
@@ -41,14 +42,14 @@ class Cleaner {
     for (const View& view : scene.views) {
       centers_.push_back(cloud.frame.FromWorld(view.CenterInWorld()));
       focal_lengths_.push_back(view.camera.MeanFocalLength());
+      photo_sizes_.push_back(std::max(view.camera.width, view.camera.height));
     }
   }
 
   SurfaceCleaningCounters Run() {
     MeasureLengths();
     MeasureFalseShare();
-    if (options_.max_side_length_factor > 0) DropLongFaces();
-    DropWebs();
+    Trim();
     // Before floating pieces are looked for, of which some hang on the rest by a vertex only.
     for (const int source : SplitNonManifoldVertices(&mesh_)) {
       vertex_point_.push_back(vertex_point_[source]);
@@ -104,40 +105,86 @@ class Cleaner {
     false_share_ = 1 - static_cast<double>(num_true) / static_cast<double>(on_surface.size());
   }
 
-  void DropLongFaces() {
-    counters_.num_dropped_facets =
-        FilterFaces(&mesh_, [&](size_t f) { return !TooLong(mesh_.faces[f]); });
-  }
-  bool TooLong(const Eigen::Vector3i& face) const {
-    return LongestEdge(mesh_.vertices, face) > options_.max_side_length_factor * UsualLength(face);
+  // By the evidence of each face alone, or of the surface as a whole.
+  void Trim() {
+    if (options_.max_side_length_factor <= 0 && options_.max_web_factor <= 0 &&
+        options_.normal_check_factor <= 0) {
+      return;
+    }
+    TrimmingProblem problem;
+    problem.pixel_size = pixel_size_;
+    problem.border_cost = options_.completeness == Completeness::kStrict ? 0.0 : 0.5 * MaxGap();
+    problem.keep_gain.resize(mesh_.faces.size());
+    ParallelFor(context_, mesh_.faces.size(), 1 << 13, [&](size_t f) {
+      const double stress = std::clamp(Stress(mesh_.faces[f]), kLeastStress, 1 / kLeastStress);
+      problem.keep_gain[f] = -std::log(stress) * AreaInPixels(f);
+    });
+    std::vector<uint8_t> kept = TrimSurface(mesh_, problem, context_);
+    if (options_.completeness == Completeness::kClosed) {
+      std::vector<uint8_t> visible(mesh_.faces.size());
+      for (size_t f = 0; f < visible.size(); ++f) visible[f] = !kept[f] && FacesAView(f);
+      KeepEnclosedFaces(mesh_, visible, &kept);
+    }
+    counters_.num_dropped_webs = FilterFaces(&mesh_, [&](size_t f) { return kept[f] != 0; });
   }
 
-  void DropWebs() {
-    std::vector<char> web(mesh_.faces.size());
-    ParallelFor(context_, web.size(), 1 << 13, [&](size_t f) { web[f] = IsWeb(mesh_.faces[f]); });
-    counters_.num_dropped_webs = FilterFaces(&mesh_, [&](size_t f) { return !web[f]; });
+  bool FacesAView(size_t f) const {
+    const Eigen::Vector3d normal = FaceNormalTimesTwiceArea(mesh_, f);
+    const Eigen::Vector3d& corner = mesh_.vertices[mesh_.faces[f][0]];
+    return std::any_of(centers_.begin(), centers_.end(),
+                       [&](const auto& center) { return normal.dot(center - corner) > 0; });
   }
-  bool IsWeb(const Eigen::Vector3i& face) const {
+
+  // Pixels.
+  double MaxGap() const {
+    double sum = 0;
+    for (const double size : photo_sizes_) sum += size;
+    return options_.max_gap_share * sum /
+           static_cast<double>(std::max<size_t>(photo_sizes_.size(), 1));
+  }
+
+  double AreaInPixels(size_t f) const {
+    const double pixel = PixelSize(mesh_.faces[f]);
+    // Never nothing, so that a face without area goes with its evidence.
+    constexpr double kLeastArea = 0.1;
+    const double area = 0.5 * FaceNormalTimesTwiceArea(mesh_, f).norm();
+    return pixel > 0 ? std::max(area / (pixel * pixel), kLeastArea) : kLeastArea;
+  }
+
+  // How far a facet goes beyond what is believed of a surface: above 1 more speaks against it than
+  // for it.
+  double Stress(const Eigen::Vector3i& face) const {
+    double stress = LengthStress(face);
     const bool measured =
         std::all_of(face.begin(), face.end(), [&](int v) { return vertex_point_[v] >= 0; });
-    return measured && (DefiesNormals(face) || Spans(face));
+    if (measured) stress = std::max({stress, NormalStress(face), SpanStress(face)});
+    return stress;
   }
 
-  bool DefiesNormals(const Eigen::Vector3i& face) const {
-    if (options_.normal_check_factor <= 0) return false;
+  double LengthStress(const Eigen::Vector3i& face) const {
+    if (options_.max_side_length_factor <= 0) return 0;
+    return LongestEdge(mesh_.vertices, face) /
+           (options_.max_side_length_factor * UsualLength(face));
+  }
+
+  // Of long facets that defy the normals at their corners.
+  double NormalStress(const Eigen::Vector3i& face) const {
+    if (options_.normal_check_factor <= 0 || LeastCosine(face, 1) >= least_cosine_) return 0;
     const double limit =
         options_.normal_check_factor * UsualLength(face) * LeastTrust(face, false_share_);
-    return LongestEdge(mesh_.vertices, face) > limit && LeastCosine(face, 1) < least_cosine_;
+    return LongestEdge(mesh_.vertices, face) / limit;
   }
 
-  bool Spans(const Eigen::Vector3i& face) const {
-    if (options_.max_web_factor <= 0) return false;
+  double SpanStress(const Eigen::Vector3i& face) const {
+    if (options_.max_web_factor <= 0) return 0;
     const double trust = LeastTrust(face, std::max(false_share_, kLeastFalseShare));
     const double limit = options_.max_web_factor * UsualLength(face) * trust;
     const double length = LongestEdge(mesh_.vertices, face);
-    if ((1 + kDepthStress) * length * kMaxTurn <= limit) return false;
+    // The rest costs a look at every view.
+    const double most = (1 + kDepthStress) * length * kMaxTurn;
+    if (most <= kLeastStress * limit) return most / limit;
     const double turn = std::max(kMinTurn, std::sqrt(1 - LeastCosine(face, kUnknownCosine)));
-    return (length + kDepthStress * LeastDepthExtent(face)) * turn > limit;
+    return (length + kDepthStress * LeastDepthExtent(face)) * turn / limit;
   }
 
   // Of the angles to the normals that the points at the corners had; `unknown` where they had none.
@@ -227,9 +274,9 @@ class Cleaner {
   void CloseSmallHoles() {
     HoleClosingOptions closing;
     closing.max_num_edges = options_.max_hole_edges;
-    closing.accept = [&](const Eigen::Vector3i& face) {
-      return (options_.max_side_length_factor <= 0 || !TooLong(face)) && !IsWeb(face);
-    };
+    if (options_.completeness == Completeness::kStrict) {
+      closing.accept = [&](const Eigen::Vector3i& face) { return Stress(face) <= 1; };
+    }
     counters_.num_closed_holes = CloseHoles(closing, context_, &mesh_);
   }
 
@@ -248,9 +295,13 @@ class Cleaner {
   static constexpr double kUnknownCosine = 0.5;
   // Where webs hang, no ray tells: more is false there than the cut found.
   static constexpr double kLeastFalseShare = 0.1;
+  // Evidence is cut here, on both sides: the rule is no measurement, and no facet may outweigh all
+  // others.
+  static constexpr double kLeastStress = 0.135;
 
   std::vector<Eigen::Vector3d> centers_;  // of the views, canonical
   std::vector<double> focal_lengths_;     // of the views, pixels
+  std::vector<double> photo_sizes_;       // longer side of the views, pixels
   TriangleMesh& mesh_;
   std::vector<int32_t>& vertex_point_;
   const double least_cosine_ = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);

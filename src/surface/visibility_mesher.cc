@@ -7,9 +7,9 @@
 #include <cmath>
 #include <utility>
 
+#include "lsmvs/graph/minimum_cut.h"
 #include "lsmvs/surface/cell_complex.h"
 #include "lsmvs/surface/memory_model.h"
-#include "lsmvs/surface/minimum_cut.h"
 #include "lsmvs/surface/point_merging.h"
 #include "lsmvs/surface/surface_cleaning.h"
 #include "lsmvs/surface/surface_extraction.h"
@@ -126,6 +126,7 @@ class Mesher {
 
   void Clean() {
     const SurfaceCleaningOptions cleaning{
+        options_.completeness,           options_.max_gap_share,
         options_.max_side_length_factor, options_.max_side_length_percentile,
         options_.max_web_factor,         options_.normal_check_factor,
         options_.max_normal_angle_deg,   options_.visibility_sigma,
@@ -133,7 +134,6 @@ class Mesher {
         options_.max_hole_edges,         options_.smoothing_iterations};
     const SurfaceCleaningCounters counters =
         CleanSurface(scene_, merged_, cleaning, context_, &surface_);
-    result_.counters.num_dropped_facets = counters.num_dropped_facets;
     result_.counters.num_dropped_webs = counters.num_dropped_webs;
     result_.counters.num_components = counters.num_components;
     result_.counters.num_dropped_components = counters.num_dropped_components;

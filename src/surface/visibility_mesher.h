@@ -16,6 +16,13 @@
 
 namespace lsmvs {
 
+// How much of the surface stays that no point supports.
+enum class Completeness {
+  kClosed,  // all that the cut closed inside of the surface; open only towards the scene's end, sky
+  kSeen,    // gaps and webs inside go, too, where the evidence against them outweighs their border
+  kStrict,  // every facet that spans what nobody measured goes
+};
+
 // Names and meanings are those of COLMAP's DelaunayMeshing.* where it has the same thing.
 struct VisibilityMesherOptions {
   // Points closer than this in their views become one vertex that keeps all their views. Pixels; 0
@@ -36,8 +43,15 @@ struct VisibilityMesherOptions {
   // Weight of the shape of facets against one seen point. Raising it gives smoother surfaces and
   // less detail.
   double quality_regularization = 0.7;
+  // What becomes of facets that span what nobody measured.
+  Completeness completeness = Completeness::kClosed;
+  // Gaps up to about this wide stay closed, and borders are smooth at that scale: as a share of the
+  // photos' longer side, so that the same photos at another size give the same surface. It is twice
+  // the price of a pixel of border in square pixels of facets that go beyond what is believed by a
+  // factor e. Raising it keeps more and gives shorter borders. Not used by kStrict.
+  double max_gap_share = 0.04;
   // Facets with an edge longer than this times the surface's edge length (the percentile below, in
-  // pixels at that place) span what nobody measured and are dropped. 0 keeps all.
+  // pixels at that place) span what nobody measured. 0: no limit.
   double max_side_length_factor = 200.0;
   // Webs, which span what nobody measured between a foreground and what lies behind it, around what
   // was seen, or to false points, are dropped: facets that are long, reach far along the line of
@@ -51,7 +65,7 @@ struct VisibilityMesherOptions {
   double max_web_factor = 600.0;
   // Facets with an edge longer than this times the same percentile (less where few views saw a
   // corner, the more so the more of the cloud's points the cut found false) and more than
-  // max_normal_angle_deg away from the normals at a corner are dropped at any rate. Raising either
+  // max_normal_angle_deg away from the normals at a corner are webs at any rate. Raising either
   // closes more of what nobody saw. 0 keeps all.
   double normal_check_factor = 32.0;
   double max_normal_angle_deg = 70.0;
@@ -89,8 +103,7 @@ struct VisibilityMesherCounters {
   size_t num_lost_rays = 0;       // that reached neither camera nor hull: 0
   size_t num_empty_cells = 0;     // on the cameras' side of the cut
   size_t num_cut_facets = 0;      // of the cut, before cleaning
-  size_t num_dropped_facets = 0;  // too long
-  size_t num_dropped_webs = 0;    // against the normals, or too deep along all lines of sight
+  size_t num_dropped_webs = 0;    // facets that spanned what nobody measured
   size_t num_split_vertices = 0;  // copies made so that the surface is manifold
   size_t num_components = 0;      // of the result
   size_t num_dropped_components = 0, num_dropped_component_faces = 0;
@@ -124,8 +137,8 @@ struct VisibilityMesherResult {
 //
 // The mesh: faces counter-clockwise seen from the cameras; manifold (vertices are split, no face is
 // dropped for that); without self-intersection when smoothing_iterations and max_hole_edges are 0;
-// closed except at the hull of the points and where facets were too long or webs. Same bytes for
-// any number of threads; independent of the scene's unit, position and orientation up to the
+// closed except at the hull of the points and where facets were trimmed (Completeness). Same bytes
+// for any number of threads; independent of the scene's unit, position and orientation up to the
 // rounding of the float input.
 //
 // The cloud is freed as soon as its points are merged.

@@ -97,7 +97,10 @@ TEST(VisibilityMesher, SphereIsClosedOutwardAndExact) {
 }
 
 TEST(VisibilityMesher, TorusHasAHole) {
-  const Meshed torus = MeshShapeScene(ShapeName::kTorus, Points(20000), Plain(), 24);
+  // No camera sees it from below: what closes it there is inside of the surface.
+  VisibilityMesherOptions options = Plain();
+  options.completeness = Completeness::kSeen;
+  const Meshed torus = MeshShapeScene(ShapeName::kTorus, Points(20000), options, 24);
   ASSERT_EQ(torus.result.status, VisibilityMesherStatus::kSuccess);
   ExpectValidMesh(torus.result.mesh);
   const MeshInspection inspection = Inspect(torus.result.mesh);
@@ -106,6 +109,34 @@ TEST(VisibilityMesher, TorusHasAHole) {
   }
   EXPECT_GT(torus.AccuracyWithin(1), 0.98);
   EXPECT_GT(torus.CompletenessWithin(1), 0.98);
+}
+
+// A sphere on the ground, of which a broad patch has no points: whole by default, open where only
+// what was seen is asked for.
+TEST(VisibilityMesher, ClosedKeepsWhatNobodyMeasuredInside) {
+  const SyntheticScene scene = MakeScene(ShapeName::kTerrain, 16, 320, 240);
+  const VisibilityCloud all = SampleCloud(*scene.shape, scene.scene, Points(30000), kContext);
+  VisibilityCloud cloud;
+  for (size_t p = 0; p < all.size(); ++p) {
+    const Eigen::Vector3f& x = all.positions[p];
+    if (x.head<2>().norm() < 0.25f) continue;
+    cloud.Add(x, all.normals[p], all.colors[p], all.ViewsOf(p));
+  }
+  VisibilityMesherOptions options = Plain();
+  options.max_web_factor = 20;  // believes in no facet across the gap
+  const auto border_edges = [&](Completeness completeness) {
+    options.completeness = completeness;
+    const auto result = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
+    ExpectValidMesh(result.mesh);
+    size_t inside = 0;
+    for (const auto& loop : FindBorderLoops(result.mesh)) {
+      inside += std::all_of(loop.begin(), loop.end(),
+                            [&](int v) { return result.mesh.vertices[v].head<2>().norm() < 0.5; });
+    }
+    return inside;
+  };
+  EXPECT_EQ(border_edges(Completeness::kClosed), 0u);
+  EXPECT_GE(border_edges(Completeness::kStrict), 1u);
 }
 
 TEST(VisibilityMesher, HalfOutliers) {
@@ -291,6 +322,7 @@ void ExpectWebsDropped(bool with_normals, double VisibilityMesherOptions::*facto
   VisibilityMesherOptions options = Plain();
   options.max_web_factor = options.normal_check_factor = 0;
   options.sink_distance_factor = 1;  // makes more of them
+  options.completeness = Completeness::kStrict;
   const auto kept = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
   options.*factor = value;
   const auto cleaned = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
