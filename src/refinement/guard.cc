@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <utility>
 
 #include "lsmvs/refinement/smoothness.h"
 #include "lsmvs/refinement/step_collisions.h"
@@ -18,6 +19,7 @@ constexpr double kMaxRoundingPart = 0.01;
 
 struct RegionError {
   double error = 0, mass = 0;
+  double gain = 0;  // of smoothness, in units of `error`
 };
 
 std::vector<RegionError> SumByRegion(const FaceRegions& regions, const PhotoTerms& terms) {
@@ -28,6 +30,19 @@ std::vector<RegionError> SumByRegion(const FaceRegions& regions, const PhotoTerm
     sum.mass += terms.mass[f];
   }
   return sums;
+}
+
+void AddGain(const TriangleMesh& mesh, const FaceRegions& regions, const SmoothnessGain& gain,
+             std::vector<RegionError>* sums) {
+  if (gain.of_vertex.empty()) return;
+  std::vector<uint8_t> done(mesh.vertices.size(), 0);
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    for (const int v : mesh.faces[f]) {
+      if (std::exchange(done[static_cast<size_t>(v)], uint8_t{1})) continue;
+      (*sums)[static_cast<size_t>(regions.of_face[f])].gain +=
+          gain.of_vertex[static_cast<size_t>(v)];
+    }
+  }
 }
 
 double MeanError(const std::vector<RegionError>& sums) {
@@ -42,7 +57,9 @@ double MeanError(const std::vector<RegionError>& sums) {
 bool IsWorse(const RegionError& before, const RegionError& after) {
   if (before.mass == 0) return false;
   if (after.mass < kMinMassKept * before.mass) return true;
-  return after.error / after.mass > (1 + kRelativeTolerance) * before.error / before.mass;
+  // Compared over as many pixels as before.
+  const double error = after.error * before.mass / after.mass;
+  return error > (1 + kRelativeTolerance) * before.error + std::max(0.0, after.gain);
 }
 
 // Share of the refinement that each vertex keeps: 0 in the regions to restore, rising to 1 over a
@@ -73,8 +90,8 @@ std::vector<double> KeptShares(const TriangleMesh& mesh, const FaceRegions& regi
 GuardSummary RestoreWorseRegions(const ImageStore& images, const std::vector<LevelView>& views,
                                  const FaceRegions& regions, const FacePairs& pairs,
                                  const std::vector<Eigen::Vector3d>& input,
-                                 const PhotoEnergyOptions& options, TriangleMesh* mesh,
-                                 const RunContext& context) {
+                                 const SmoothnessGain& gain, const PhotoEnergyOptions& options,
+                                 TriangleMesh* mesh, const RunContext& context) {
   TriangleMesh before;
   before.vertices = input;
   before.faces = mesh->faces;
@@ -83,7 +100,8 @@ GuardSummary RestoreWorseRegions(const ImageStore& images, const std::vector<Lev
         regions, EvaluatePhotoTerms(images, views, candidate, {}, pairs, {}, options, context));
   };
   const std::vector<RegionError> was = measure(before);
-  const std::vector<RegionError> is = measure(*mesh);
+  std::vector<RegionError> is = measure(*mesh);
+  AddGain(*mesh, regions, gain, &is);
   GuardSummary summary;
   summary.input_error = MeanError(was);
   std::vector<uint8_t> is_worse(was.size(), 0);

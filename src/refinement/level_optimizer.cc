@@ -10,6 +10,7 @@
 #include "lsmvs/refinement/smoothness.h"
 #include "lsmvs/refinement/step_collisions.h"
 #include "lsmvs/refinement/step_solver.h"
+#include "lsmvs/refinement/vertex_frames.h"
 
 namespace lsmvs {
 
@@ -31,40 +32,6 @@ constexpr double kMinTurnCosine = 0.3;
 constexpr int kFoldPasses = 3;
 // Half the texture leaves this power of a half of the anchor.
 constexpr double kDoubtPower = 4.0;
-
-std::vector<Eigen::Vector3d> VertexDirections(const TriangleMesh& mesh) {
-  std::vector<Eigen::Vector3d> directions(mesh.vertices.size(), Eigen::Vector3d::Zero());
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    const Eigen::Vector3d normal = FaceNormalTimesTwiceArea(mesh, f);
-    for (const int v : mesh.faces[f]) directions[static_cast<size_t>(v)] += normal;
-  }
-  for (Eigen::Vector3d& direction : directions) {
-    const double length = direction.norm();
-    direction = length > 0 ? Eigen::Vector3d(direction / length) : Eigen::Vector3d(0, 0, 1);
-  }
-  return directions;
-}
-
-// Pixel size at the vertices: mean over the faces that are seen, the median of all where none is.
-std::vector<double> VertexPixelSizes(const TriangleMesh& mesh, const FacePairs& pairs) {
-  std::vector<double> sums(mesh.vertices.size(), 0.0);
-  std::vector<int> counts(mesh.vertices.size(), 0);
-  std::vector<float> seen;
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    if (!pairs.Seen(f)) continue;
-    seen.push_back(pairs.pixel_size[f]);
-    for (const int v : mesh.faces[f]) {
-      sums[static_cast<size_t>(v)] += pairs.pixel_size[f];
-      ++counts[static_cast<size_t>(v)];
-    }
-  }
-  const auto middle = seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2);
-  std::nth_element(seen.begin(), middle, seen.end());
-  for (size_t v = 0; v < sums.size(); ++v) {
-    sums[v] = counts[v] > 0 ? sums[v] / counts[v] : static_cast<double>(*middle);
-  }
-  return sums;
-}
 
 // State of one region between steps.
 struct RegionState {
@@ -97,7 +64,7 @@ class LevelOptimizer {
   }
 
   RefinementLevelSummary Run() {
-    pixel_size_ = VertexPixelSizes(mesh_, pairs_);
+    pixel_size_ = MeanPixelSizes(mesh_, pairs_);
     FindRegionsOfVertices();
     FindRim();
     directions_ = VertexDirections(mesh_);

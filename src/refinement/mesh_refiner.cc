@@ -7,10 +7,14 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "lsmvs/refinement/fairing.h"
+#include "lsmvs/refinement/finishing.h"
 #include "lsmvs/refinement/guard.h"
 #include "lsmvs/refinement/level_optimizer.h"
 #include "lsmvs/refinement/mesh_adaptation.h"
+#include "lsmvs/refinement/smoothness.h"
 #include "lsmvs/refinement/vertex_colors.h"
+#include "lsmvs/refinement/vertex_frames.h"
 #include "lsmvs/scene/view_selection.h"
 
 namespace lsmvs {
@@ -109,6 +113,9 @@ class MeshRefiner {
     const double start = Seconds();
     result_.mesh.vertices = std::move(mesh.vertices);
     result_.mesh.faces = std::move(mesh.faces);
+    if (options_.smooth_crumbs) {
+      result_.num_smoothed_vertices = SmoothCrumbs({}, &result_.mesh, context_);
+    }
     input_ = result_.mesh.vertices;
     candidates_ = NeighborPairs(scene_, options_, options_.max_num_neighbors,
                                 HeldOut(scene_.num_views(), options_.hold_out_every), context_);
@@ -144,7 +151,7 @@ class MeshRefiner {
       }
       done += cost;
     }
-    if (options_.guard) Guard();
+    JudgeAndFinish();
     result_.message =
         fmt::format("{} faces, photo error {:.4f} -> {:.4f}, {} of {} regions restored",
                     result_.mesh.faces.size(), result_.input_photo_error,
@@ -200,10 +207,33 @@ class MeshRefiner {
     return changes.Any();
   }
 
-  // Judges by pairs that took no part where there are any.
-  void Guard() {
+  // By pairs that took no part where there are any.
+  void JudgeAndFinish() {
     const double start = Seconds();
     const auto views = MakeLevelViews(scene_, images_, 0);
+    const FacePairs pairs = SelectJudges(views);
+    const PhotoEnergyOptions energy = MakePhotoEnergyOptions(options_, 0, context_);
+    if (options_.guard) Guard(views, pairs, energy);
+    const PhotoTerms terms =
+        EvaluatePhotoTerms(images_, views, result_.mesh, {}, pairs, {}, energy, context_);
+    const FinishingOptions finishing{
+        .border_cost = 0.5 * options_.max_gap_share * MeanPhotoSize(views),
+        .max_hole_edges = options_.max_hole_edges};
+    const FinishingSummary summary =
+        FinishSurface(pairs, terms, finishing, &result_.mesh, context_);
+    result_.num_dropped_faces = summary.num_dropped_faces;
+    result_.num_closed_holes = summary.num_closed_holes;
+    result_.guard_seconds = Seconds() - start;
+  }
+
+  // Longer side, pixels.
+  static double MeanPhotoSize(const std::vector<LevelView>& views) {
+    double sum = 0;
+    for (const LevelView& view : views) sum += std::max(view.camera.width, view.camera.height);
+    return views.empty() ? 0.0 : sum / static_cast<double>(views.size());
+  }
+
+  FacePairs SelectJudges(const std::vector<LevelView>& views) {
     const std::vector<uint8_t> all_take_part(scene_.views.size(), 0);
     const auto judges =
         NeighborPairs(scene_, options_, kGuardNeighborFactor * options_.max_num_neighbors,
@@ -211,16 +241,36 @@ class MeshRefiner {
     PairSelectionOptions selection = MakePairSelectionOptions(options_);
     selection.max_pairs_per_face = std::min(options_.max_pairs_per_face, kMaxGuardPairs);
     regions_ = GrowFaceRegions(result_.mesh, kFacesPerGuardRegion);
-    const FacePairs pairs =
-        SelectOtherFacePairs(views, judges, result_.mesh, regions_, pairs_, selection, context_);
-    const GuardSummary summary =
-        RestoreWorseRegions(images_, views, regions_, pairs, input_,
-                            MakePhotoEnergyOptions(options_, 0, context_), &result_.mesh, context_);
+    return SelectOtherFacePairs(views, judges, result_.mesh, regions_, pairs_, selection, context_);
+  }
+
+  void Guard(const std::vector<LevelView>& views, const FacePairs& pairs,
+             const PhotoEnergyOptions& energy) {
+    const GuardSummary summary = RestoreWorseRegions(images_, views, regions_, pairs, input_,
+                                                     Gain(pairs), energy, &result_.mesh, context_);
     result_.num_regions = static_cast<size_t>(regions_.count);
     result_.num_regions_restored = summary.num_regions_restored;
     result_.input_photo_error = summary.input_error;
     result_.output_photo_error = summary.output_error;
-    result_.guard_seconds = Seconds() - start;
+  }
+
+  // Of the refined mesh over the input, in the units of `pairs`.
+  SmoothnessGain Gain(const FacePairs& pairs) const {
+    Smoothness plate(result_.mesh, {options_.smoothness, options_.membrane, options_.laplacian});
+    const std::vector<double> pixel_size = MeanPixelSizes(result_.mesh, pairs);
+    const auto energies = [&](const TriangleMesh& mesh) {
+      plate.SetGeometry(mesh.vertices, VertexDirections(mesh), pixel_size, context_);
+      return plate.Energies();
+    };
+    const std::vector<double> after = energies(result_.mesh);
+    TriangleMesh input;
+    input.vertices = input_;
+    input.faces = result_.mesh.faces;
+    SmoothnessGain gain{energies(input)};
+    for (size_t v = 0; v < after.size(); ++v) {
+      gain.of_vertex[v] = pairs.per_face * (gain.of_vertex[v] - after[v]);
+    }
+    return gain;
   }
 
   void Color() {

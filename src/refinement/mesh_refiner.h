@@ -69,8 +69,17 @@ struct MeshRefinerOptions {
   double max_face_area_px = 16.0;
   // Flip and collapse edges so that the triangles stay regular.
   bool improve_mesh = true;
-  // Regions whose photometric score is worse than at the start return to their input.
+  // Crumbs of the input, such as pits and spikes of a few faces, are smoothed away first.
+  bool smooth_crumbs = true;
+  // Regions that lost more photo-consistency than they gained in smoothness return to their input.
   bool guard = true;
+  // At the ends of the surface, faces go through which textured photos disagree, where that is
+  // worth the border: a pixel of border costs as much as a strip of such faces that is half as wide
+  // as this share of the photos' longer side. Raising it gives smoother borders and keeps more
+  // inside of them. 0: none go.
+  double max_gap_share = 0.008;
+  // Holes of at most so many edges are closed at the end. 0: none.
+  int max_hole_edges = 40;
   // Every n-th view takes no part in the refinement, only in the guard. 0: all take part.
   int hold_out_every = 0;
   bool color_vertices = true;
@@ -111,7 +120,10 @@ struct RefinementResult {
   int num_pairs = 0;          // ordered pairs of views
   size_t num_faces_seen = 0;  // by at least one pair, of the input
   size_t num_splits = 0, num_flips = 0, num_collapses = 0;
+  size_t num_smoothed_vertices = 0;                  // of crumbs of the input
   size_t num_regions = 0, num_regions_restored = 0;  // by the guard
+  size_t num_dropped_faces = 0;                      // at the ends of the surface
+  size_t num_closed_holes = 0;
   // Mean of 1 - ZNCC at full resolution of the input and of the result.
   double input_photo_error = 0, output_photo_error = 0;
   std::vector<RefinementLevelSummary> levels;  // coarse to fine

@@ -55,7 +55,16 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
   options->Add("MeshRefinement.improve_mesh", &improve_mesh,
                "Flip and collapse edges so that the triangles stay regular.");
   options->Add("MeshRefinement.guard", &guard,
-               "Regions whose photometric score is worse than at the start return to their input.");
+               "Regions that lost more photo-consistency than they gained in smoothness return to "
+               "their input.");
+  options->Add("MeshRefinement.smooth_crumbs", &smooth_crumbs,
+               "Smooth pits and spikes of a few faces away before refinement.");
+  options->Add("MeshRefinement.max_gap_share", &max_gap_share,
+               "Width, as a share of the photos' longer side, up to which faces at the surface's "
+               "ends stay although photos disagree through them; 0: none go.",
+               {0.0, 1.0});
+  options->Add("MeshRefinement.max_hole_edges", &max_hole_edges,
+               "Holes with at most this many edges are closed at the end; 0: none.", {0, 100000});
   options->Add("MeshRefinement.hold_out_every", &hold_out_every,
                "Every n-th view takes no part in the refinement, only in the guard; 0: none.",
                {0, 1000000});

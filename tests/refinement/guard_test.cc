@@ -44,7 +44,7 @@ class GuardedSphere : public testing::Test {
   }
 
   GuardSummary Restore(TriangleMesh* mesh) const {
-    return RestoreWorseRegions(*images_, views_, regions_, pairs_, input_, PhotoEnergyOptions(),
+    return RestoreWorseRegions(*images_, views_, regions_, pairs_, input_, {}, PhotoEnergyOptions(),
                                mesh, context_);
   }
 
@@ -82,6 +82,24 @@ TEST_F(GuardedSphere, KeepsWhatGotBetterAndRestoresWhatGotWorse) {
   ASSERT_GT(num_bad, 50);
   EXPECT_GT(num_restored, 0.85 * num_bad);
   EXPECT_GT(num_kept, 0.9 * num_good);
+}
+
+// An input that fits the noise of the photos: rough, and photo-consistent.
+TEST_F(GuardedSphere, SmoothnessMayOutweighAPhotoError) {
+  TriangleMesh mesh = truth_;
+  mesh.vertices = Noisy(3.0, 2);
+  const std::vector<Eigen::Vector3d> refined = mesh.vertices;
+  SmoothnessGain gain;
+  gain.of_vertex.assign(mesh.vertices.size(), 1e6);
+  const GuardSummary summary = RestoreWorseRegions(*images_, views_, regions_, pairs_, input_, gain,
+                                                   PhotoEnergyOptions(), &mesh, context_);
+  EXPECT_LT(summary.num_regions_restored, static_cast<size_t>(regions_.count / 5));
+  gain.of_vertex.assign(mesh.vertices.size(), -1e6);  // a loss of smoothness alone is no reason
+  mesh.vertices = truth_.vertices;
+  EXPECT_LE(RestoreWorseRegions(*images_, views_, regions_, pairs_, input_, gain,
+                                PhotoEnergyOptions(), &mesh, context_)
+                .num_regions_restored,
+            static_cast<size_t>(regions_.count / 50));
 }
 
 TEST_F(GuardedSphere, TakesNothingBackWhereNothingGotWorse) {
