@@ -164,8 +164,8 @@ bool DeviationBound::AddVertex(const Collapse& collapse, int32_t v) {
   place_in_star_[static_cast<size_t>(v)] = static_cast<int32_t>(star_vertices_.size());
   star_vertices_.push_back(v);
   near_faces_.push_back(near);
-  old_faces_.push_back(std::exchange(face_of_[static_cast<size_t>(v)],
-                                     collapse.faces[nearest].face));
+  old_faces_.push_back(
+      std::exchange(face_of_[static_cast<size_t>(v)], collapse.faces[nearest].face));
   return true;
 }
 
@@ -196,10 +196,11 @@ bool DeviationBound::AreEdgesNear(const Collapse& collapse) {
       if (j != kNone && (near_faces_[i] & near_faces_[static_cast<size_t>(j)]) != 0) continue;
       const double squared_tolerance = std::min(SquaredTolerance(v), SquaredTolerance(w));
       const bool covered =
-          j != kNone ? IsCovered({vertices_[static_cast<size_t>(v)], near_faces_[i]},
-                                 {vertices_[static_cast<size_t>(w)], near_faces_[static_cast<size_t>(j)]},
-                                 squared_tolerance)
-                     : IsWayOutCovered(collapse, i, w, squared_tolerance);
+          j != kNone
+              ? IsCovered({vertices_[static_cast<size_t>(v)], near_faces_[i]},
+                          {vertices_[static_cast<size_t>(w)], near_faces_[static_cast<size_t>(j)]},
+                          squared_tolerance)
+              : IsWayOutCovered(collapse, i, w, squared_tolerance);
       if (!covered) return false;
     }
   }
@@ -302,9 +303,9 @@ bool DeviationBound::AreNewFacesNear(const Collapse& collapse) const {
     int k = 0;
     while (face.corners[k] != collapse.keep) ++k;
     const Eigen::Vector3d& rim = k == 0 ? t.b : k == 1 ? t.c : t.a;
-    for (const Eigen::Vector3d& x :
-         {Eigen::Vector3d((t.a + t.b + t.c) / 3), Eigen::Vector3d(0.67 * collapse.place + 0.33 * rim),
-          Eigen::Vector3d(0.33 * collapse.place + 0.67 * rim)}) {
+    for (const Eigen::Vector3d& x : {Eigen::Vector3d((t.a + t.b + t.c) / 3),
+                                     Eigen::Vector3d(0.67 * collapse.place + 0.33 * rim),
+                                     Eigen::Vector3d(0.33 * collapse.place + 0.67 * rim)}) {
       if (!IsNearInput(collapse, face, x)) return false;
     }
   }

@@ -30,9 +30,10 @@ struct Collapse {
 // corners: input vertices, present vertices, and crossings of an input edge with a present edge.
 // Between them the distance of corresponding points is convex, so that its largest value is at a
 // corner. A collapse is allowed if it keeps all corners of its star within tolerance: input
-// vertices by distance to their new face, the new vertex by distance to the input surface, crossings
-// by the distance of the two edges. An input edge that spans faces without a common corner is cut in
-// the middle; where that does not decide within a few cuts the collapse is refused.
+// vertices by distance to their new face, the new vertex by distance to the input surface,
+// crossings by the distance of the two edges. An input edge that spans faces without a common
+// corner is cut in the middle; where that does not decide within a few cuts the collapse is
+// refused.
 //
 // On the border the input's vertices between two present ones lie within tolerance of the edge
 // between these; border vertices do not move.
@@ -95,8 +96,7 @@ class DeviationBound {
   void AddCandidate(const Collapse& collapse, int32_t face);
   void AddFacesAt(const Collapse& collapse, int32_t v);
   void AddFacesAround(const Collapse& collapse);
-  uint64_t NearFaces(const Eigen::Vector3d& x, uint64_t candidates,
-                     double squared_tolerance) const;
+  uint64_t NearFaces(const Eigen::Vector3d& x, uint64_t candidates, double squared_tolerance) const;
   bool IsCovered(Point s, const Point& t, double squared_tolerance) const;
   bool AreNewFacesNear(const Collapse& collapse) const;
   bool IsNearInput(const Collapse& collapse, const Collapse::NewFace& face,
@@ -119,7 +119,8 @@ class DeviationBound {
   std::vector<int32_t> input_next_, next_on_border_, previous_on_border_;
 
   // Of the collapse that is looked at.
-  std::vector<PreparedTriangle> candidates_;  // faces that edges may lie by; the new ones come first
+  std::vector<PreparedTriangle>
+      candidates_;                      // faces that edges may lie by; the new ones come first
   std::vector<int32_t> star_vertices_;  // input vertices whose faces change
   std::vector<int32_t> old_faces_;      // as star_vertices_
   std::vector<uint64_t> near_faces_;    // as star_vertices_: new faces within tolerance, a bit each

@@ -95,8 +95,8 @@ void EdgeCollapser::Repeat(const std::vector<CollapseStep>& steps, const RunCont
   std::vector<uint8_t> differs = is_locked_;
   for (const CollapseStep& step : steps) {
     context.ThrowIfCancelled();
-    const bool as_before = !differs[static_cast<size_t>(step.keep)] &&
-                           !differs[static_cast<size_t>(step.drop)];
+    const bool as_before =
+        !differs[static_cast<size_t>(step.keep)] && !differs[static_cast<size_t>(step.drop)];
     if (as_before) {
       Prepare({step.place, step.keep, 0}, step.drop);
       bound_->Accept(collapse_);
@@ -124,8 +124,7 @@ void EdgeCollapser::MarkAround(int32_t v, std::vector<uint8_t>* marks) const {
 }
 
 bool EdgeCollapser::IsCurrent(const Edge& edge) const {
-  return stamps_[static_cast<size_t>(edge.a)] + stamps_[static_cast<size_t>(edge.b)] ==
-         edge.stamps;
+  return stamps_[static_cast<size_t>(edge.a)] + stamps_[static_cast<size_t>(edge.b)] == edge.stamps;
 }
 
 void EdgeCollapser::PushEdges(int32_t v, bool only_higher) {
@@ -260,9 +259,9 @@ bool EdgeCollapser::IsProper(const Collapse::NewFace& face, int k) const {
       NormalTimesTwiceArea({At(corners[0]), At(corners[1]), At(corners[2])});
   const Eigen::Vector3d after = NormalTimesTwiceArea(face.triangle);
   const Eigen::Vector3d &next = At(corners[(k + 1) % 3]), &last = At(corners[(k + 2) % 3]);
-  const double longest = std::max({(next - collapse_.place).squaredNorm(),
-                                   (last - collapse_.place).squaredNorm(),
-                                   (last - next).squaredNorm()});
+  const double longest =
+      std::max({(next - collapse_.place).squaredNorm(), (last - collapse_.place).squaredNorm(),
+                (last - next).squaredNorm()});
   if (after.norm() < rules_.min_flatness * longest) return false;
   return before.dot(after) >= rules_.min_normal_cosine * before.norm() * after.norm();
 }

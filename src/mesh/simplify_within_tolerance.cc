@@ -37,7 +37,8 @@ bool IsRegular(const VertexStars& stars, int32_t v) {
     spokes.push_back({face[(k + 1) % 3], face[(k + 2) % 3]});
   });
   const auto after = [&](int32_t rim) {
-    return std::find_if(spokes.begin(), spokes.end(), [=](const Spoke& s) { return s.from == rim; });
+    return std::find_if(spokes.begin(), spokes.end(),
+                        [=](const Spoke& s) { return s.from == rim; });
   };
   const auto start = std::find_if(spokes.begin(), spokes.end(), [&](const Spoke& first) {
     return std::none_of(spokes.begin(), spokes.end(),
@@ -66,9 +67,8 @@ class BoundedSimplifier {
   SimplifiedMesh Run() {
     const VertexStars input(surface_.vertices, surface_.faces);
     std::vector<uint8_t> locked(surface_.vertices.size());
-    ParallelFor(context_, locked.size(), kVerticesPerBlock, [&](size_t v) {
-      locked[v] = !IsRegular(input, static_cast<int32_t>(v));
-    });
+    ParallelFor(context_, locked.size(), kVerticesPerBlock,
+                [&](size_t v) { locked[v] = !IsRegular(input, static_cast<int32_t>(v)); });
     SimplifiedMesh result;
     std::vector<internal::CollapseStep> steps;
     while (!Simplify(&locked, &steps, &result)) {
@@ -126,8 +126,8 @@ class BoundedSimplifier {
     return positions;
   }
 
-  // Locks the input vertices around faces that cross and are not the input's own; false if there are
-  // none.
+  // Locks the input vertices around faces that cross and are not the input's own; false if there
+  // are none.
   bool LockCrossings(const std::vector<Eigen::Vector3d>& positions, const VertexStars& stars,
                      const DeviationBound& bound, std::vector<uint8_t>* locked) const {
     std::vector<int32_t> ids;

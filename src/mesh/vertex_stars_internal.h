@@ -16,7 +16,7 @@ class VertexStars {
   VertexStars(std::vector<Eigen::Vector3d> positions, std::vector<Eigen::Vector3i> faces);
 
   size_t num_vertices() const { return positions_.size(); }
-  size_t num_faces() const { return num_faces_; }      // that are left
+  size_t num_faces() const { return num_faces_; }  // that are left
   size_t num_all_faces() const { return faces_.size(); }
   const Eigen::Vector3d& position(int32_t v) const { return positions_[static_cast<size_t>(v)]; }
   const std::vector<Eigen::Vector3d>& positions() const { return positions_; }

@@ -48,9 +48,10 @@ void Weld(TriangleMesh* mesh) {
   std::vector<int> renamed;
   for (const Eigen::Vector3d& x : mesh->vertices) {
     const auto round = [](double c) { return std::round(c * 1e9); };
-    renamed.push_back(
-        index.try_emplace({round(x.x()), round(x.y()), round(x.z())}, static_cast<int>(renamed.size()))
-            .first->second);
+    renamed.push_back(index
+                          .try_emplace({round(x.x()), round(x.y()), round(x.z())},
+                                       static_cast<int>(renamed.size()))
+                          .first->second);
   }
   for (Eigen::Vector3i& face : mesh->faces) {
     for (int& v : face) v = renamed[static_cast<size_t>(v)];
@@ -118,8 +119,8 @@ double LargestDistance(const TriangleMesh& from, const TriangleMesh& to) {
       if (k < 3) weights = Eigen::Vector3d::Unit(k);
       if (k >= 3 && k < 6) weights[k - 3] = 0;
       weights /= weights.sum();
-      const Eigen::Vector3d x = weights[0] * from.vertices[f[0]] + weights[1] * from.vertices[f[1]] +
-                                weights[2] * from.vertices[f[2]];
+      const Eigen::Vector3d x = weights[0] * from.vertices[f[0]] +
+                                weights[1] * from.vertices[f[1]] + weights[2] * from.vertices[f[2]];
       largest = std::max(largest, tracer.Closest(x)->distance);
     }
   }
@@ -159,9 +160,8 @@ void ExpectWithin(const TriangleMesh& input, const SimplifiedMesh& result, doubl
   EXPECT_LE(LargestBorderDistance(result.mesh, input), tolerance + kRounding);
   ASSERT_EQ(result.source_vertex.size(), result.mesh.vertices.size());
   const std::vector<uint8_t> all(result.mesh.faces.size(), 1);
-  EXPECT_TRUE(FaceGrid(result.mesh.vertices, result.mesh.faces)
-                  .CrossingPairs(all, RunContext(1))
-                  .empty());
+  EXPECT_TRUE(
+      FaceGrid(result.mesh.vertices, result.mesh.faces).CrossingPairs(all, RunContext(1)).empty());
 }
 
 // Least of twice the area over the longest edge squared.
@@ -171,8 +171,8 @@ double LeastFlatness(const TriangleMesh& mesh) {
     const Eigen::Vector3i& v = mesh.faces[f];
     double longest = 0;
     for (int k = 0; k < 3; ++k) {
-      longest = std::max(longest,
-                         (mesh.vertices[v[k]] - mesh.vertices[v[(k + 1) % 3]]).squaredNorm());
+      longest =
+          std::max(longest, (mesh.vertices[v[k]] - mesh.vertices[v[(k + 1) % 3]]).squaredNorm());
     }
     least = std::min(least, FaceNormalTimesTwiceArea(mesh, f).norm() / longest);
   }
@@ -190,7 +190,8 @@ TEST(SimplifyWithinTolerance, Sphere) {
     // sqrt(tolerance).
     const double best = 4 * std::numbers::pi / (3 * std::numbers::sqrt3 * tolerance);
     EXPECT_LT(static_cast<double>(result.mesh.faces.size()), 2.4 * best);
-    EXPECT_NEAR(Inspect(result.mesh).volume, Inspect(sphere).volume, 4 * std::numbers::pi * tolerance);
+    EXPECT_NEAR(Inspect(result.mesh).volume, Inspect(sphere).volume,
+                4 * std::numbers::pi * tolerance);
     EXPECT_GT(LeastFlatness(result.mesh), 0.049);
   }
 }
@@ -288,7 +289,8 @@ TEST(SimplifyWithinTolerance, NoToleranceKeepsTheSurface) {
   const TriangleMesh sphere = SphereMesh(3);
   const SimplifiedMesh same = Simplify(sphere, 0);
   EXPECT_EQ(same.mesh.faces.size(), sphere.faces.size());
-  const TriangleMesh square = GridMesh(8, [](double x, double y) { return Eigen::Vector3d(x, y, 0); });
+  const TriangleMesh square =
+      GridMesh(8, [](double x, double y) { return Eigen::Vector3d(x, y, 0); });
   const SimplifiedMesh result = Simplify(square, 0);
   EXPECT_NEAR(LargestDistance(square, result.mesh), 0, kRounding);
   EXPECT_NEAR(Inspect(result.mesh).area, 1, 1e-12);
@@ -371,7 +373,8 @@ TEST(SimplifyWithinTolerance, ValuesComeFromTheNearestVertices) {
 TEST(SimplifyWithinTolerance, IrregularPlacesStay) {
   // Three fins on one edge, a cone tip that touches another sheet, and bad faces.
   TriangleMesh mesh = GridMesh(20, [](double x, double y) { return Eigen::Vector3d(x, y, 0); });
-  const TriangleMesh fin = GridMesh(20, [](double x, double y) { return Eigen::Vector3d(x, 0.5, y); });
+  const TriangleMesh fin =
+      GridMesh(20, [](double x, double y) { return Eigen::Vector3d(x, 0.5, y); });
   const int first = static_cast<int>(mesh.vertices.size());
   mesh.vertices.insert(mesh.vertices.end(), fin.vertices.begin(), fin.vertices.end());
   for (const Eigen::Vector3i& f : fin.faces) mesh.faces.emplace_back(f.array() + first);
@@ -421,9 +424,9 @@ TEST(SimplifyWithinTolerance, EmptyAndWrongArguments) {
   EXPECT_TRUE(options.Check(&error)) << error;
   options.target_face_ratio = 1.5;
   EXPECT_FALSE(options.Check(&error));
-  EXPECT_THROW(SimplifyWithinTolerance(SphereMesh(1), Uniform(SphereMesh(1), 1), options,
-                                       RunContext(1)),
-               std::logic_error);
+  EXPECT_THROW(
+      SimplifyWithinTolerance(SphereMesh(1), Uniform(SphereMesh(1), 1), options, RunContext(1)),
+      std::logic_error);
 }
 
 }  // namespace
