@@ -127,8 +127,7 @@ class MeshSimplifier : public Command {
     if (!scene_ || (!max_error_ && options_.target_face_ratio > 0)) {
       Eigen::AlignedBox3d box;
       for (const Eigen::Vector3d& x : mesh_.vertices) box.extend(x);
-      return std::vector<double>(mesh_.vertices.size(),
-                                 max_error_.value_or(box.diagonal().norm()));
+      return std::vector<double>(mesh_.vertices.size(), max_error_.value_or(box.diagonal().norm()));
     }
     std::vector<LevelView> views;
     for (const View& view : scene_->views) views.push_back({view.camera, view.cam_from_world});
