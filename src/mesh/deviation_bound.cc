@@ -199,7 +199,7 @@ bool DeviationBound::AreEdgesNear(const Collapse& collapse) {
           j != kNone
               ? IsCovered({vertices_[static_cast<size_t>(v)], near_faces_[i]},
                           {vertices_[static_cast<size_t>(w)], near_faces_[static_cast<size_t>(j)]},
-                          squared_tolerance)
+                          FirstBits(candidates_.size()), squared_tolerance)
               : IsWayOutCovered(collapse, i, w, squared_tolerance);
       if (!covered) return false;
     }
@@ -207,27 +207,29 @@ bool DeviationBound::AreEdgesNear(const Collapse& collapse) {
   return true;
 }
 
-// The edge from a vertex of the star to one outside: by the faces at that, or else by all around.
+// The edge from a vertex of the star to one outside: by the new faces and those at that, or else by
+// all around, too.
 bool DeviationBound::IsWayOutCovered(const Collapse& collapse, size_t star_vertex, int32_t w,
                                      double squared_tolerance) {
-  const size_t num_candidates = candidates_.size();
-  if (IsWayToFacesAtCovered(collapse, star_vertex, w, squared_tolerance)) return true;
-  if (num_candidates > collapse.faces.size()) return false;
-  AddFacesAround(collapse);
-  return candidates_.size() > num_candidates &&
-         IsWayToFacesAtCovered(collapse, star_vertex, w, squared_tolerance);
+  const size_t num_new = std::min(collapse.faces.size(), kMaxCandidates);
+  if (IsWayToFacesAtCovered(collapse, star_vertex, w, num_new, squared_tolerance)) return true;
+  if (candidates_.size() == num_new) AddFacesAround(collapse);
+  return candidates_.size() > num_new &&
+         IsWayToFacesAtCovered(collapse, star_vertex, w, candidates_.size(), squared_tolerance);
 }
 
+// By the first candidates and the faces at the vertex outside.
 bool DeviationBound::IsWayToFacesAtCovered(const Collapse& collapse, size_t star_vertex, int32_t w,
-                                           double squared_tolerance) {
+                                           size_t num_first, double squared_tolerance) {
   const size_t num_candidates = candidates_.size();
   AddFacesAt(collapse, w);
+  const uint64_t candidates =
+      FirstBits(num_first) | (FirstBits(candidates_.size()) & ~FirstBits(num_candidates));
   Point s = {vertices_[static_cast<size_t>(star_vertices_[star_vertex])], near_faces_[star_vertex]};
   Point t = {vertices_[static_cast<size_t>(w)], 0};
-  const uint64_t all = FirstBits(candidates_.size());
-  t.near = NearFaces(t.x, all, squared_tolerance);
-  if ((s.near & t.near) == 0) s.near |= NearFaces(s.x, all & ~s.near, squared_tolerance);
-  const bool covered = IsCovered(s, t, squared_tolerance);
+  t.near = NearFaces(t.x, candidates, squared_tolerance);
+  if ((s.near & t.near) == 0) s.near |= NearFaces(s.x, candidates & ~s.near, squared_tolerance);
+  const bool covered = IsCovered(s, t, candidates, squared_tolerance);
   candidates_.erase(candidates_.begin() + static_cast<std::ptrdiff_t>(num_candidates),
                     candidates_.end());
   return covered;
@@ -275,8 +277,8 @@ uint64_t DeviationBound::NearFaces(const Eigen::Vector3d& x, uint64_t candidates
 
 // Whether the way between two points lies within tolerance of the candidates. Walks from candidate
 // to candidate: between two points within tolerance of one the way is, too.
-bool DeviationBound::IsCovered(Point s, const Point& t, double squared_tolerance) const {
-  const uint64_t all = FirstBits(candidates_.size());
+bool DeviationBound::IsCovered(Point s, const Point& t, uint64_t candidates,
+                               double squared_tolerance) const {
   for (int step = 0; step < kMaxSteps; ++step) {
     if ((s.near & t.near) != 0) return true;
     double exit = 0;
@@ -290,7 +292,7 @@ bool DeviationBound::IsCovered(Point s, const Point& t, double squared_tolerance
     }
     if (leaving == 0) return false;
     s.x += exit * (t.x - s.x);
-    s.near = NearFaces(s.x, all, squared_tolerance);
+    s.near = NearFaces(s.x, candidates, squared_tolerance);
     if ((s.near & leaving) == 0) return false;
   }
   return false;

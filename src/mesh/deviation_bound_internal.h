@@ -92,12 +92,12 @@ class DeviationBound {
   bool IsWayOutCovered(const Collapse& collapse, size_t star_vertex, int32_t w,
                        double squared_tolerance);
   bool IsWayToFacesAtCovered(const Collapse& collapse, size_t star_vertex, int32_t w,
-                             double squared_tolerance);
+                             size_t num_first, double squared_tolerance);
   void AddCandidate(const Collapse& collapse, int32_t face);
   void AddFacesAt(const Collapse& collapse, int32_t v);
   void AddFacesAround(const Collapse& collapse);
   uint64_t NearFaces(const Eigen::Vector3d& x, uint64_t candidates, double squared_tolerance) const;
-  bool IsCovered(Point s, const Point& t, double squared_tolerance) const;
+  bool IsCovered(Point s, const Point& t, uint64_t candidates, double squared_tolerance) const;
   bool AreNewFacesNear(const Collapse& collapse) const;
   bool IsNearInput(const Collapse& collapse, const Collapse::NewFace& face,
                    const Eigen::Vector3d& x) const;
