@@ -74,7 +74,8 @@ size_t CountHolePixels(const Mask& covered) {
       visit(column, row - 1);
       visit(column, row + 1);
     }
-    const bool is_small = static_cast<double>(count) < kLargestHole * covered.width * covered.height;
+    const bool is_small =
+        static_cast<double>(count) < kLargestHole * covered.width * covered.height;
     if (!touches_border && is_small) total += count;
   }
   return total;
@@ -176,9 +177,8 @@ SilhouetteFigures MeasureSilhouettes(const MeshTracer& tracer, const TriangleMes
                                      const std::vector<View>& views, const RunContext& context,
                                      double reduction) {
   std::vector<SilhouetteFigures> of_view(views.size());
-  ParallelFor(context, views.size(), 1, [&](size_t v) {
-    of_view[v] = Measure(Look(tracer, mesh, views[v], reduction));
-  });
+  ParallelFor(context, views.size(), 1,
+              [&](size_t v) { of_view[v] = Measure(Look(tracer, mesh, views[v], reduction)); });
   SilhouetteFigures mean;
   for (const SilhouetteFigures& figures : of_view) mean.num_views += figures.num_views;
   const double count = static_cast<double>(std::max<size_t>(1, mean.num_views));

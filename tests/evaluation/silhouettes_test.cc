@@ -18,10 +18,9 @@ View Camera() {
 }
 
 // Squares of 0.01 on z = height(x, y) over [-0.3, 0.3]^2 where keep(x, y) holds at their middle.
-TriangleMesh Plate(const std::function<bool(double, double)>& keep,
-                   const std::function<double(double, double)>& height = [](double, double) {
-                     return 0.0;
-                   }) {
+TriangleMesh Plate(
+    const std::function<bool(double, double)>& keep,
+    const std::function<double(double, double)>& height = [](double, double) { return 0.0; }) {
   TriangleMesh mesh;
   for (int row = 0; row <= 60; ++row) {
     for (int column = 0; column <= 60; ++column) {
@@ -70,17 +69,16 @@ TEST(Silhouettes, HolesAndWhatIsOpenToTheOutside) {
   const SilhouetteFigures large =
       MeasurePlate(Plate([](double x, double y) { return !InSquare(x, y, 0.2); }));
   EXPECT_EQ(large.hole_share, 0);  // 16 % of the picture
-  const SilhouetteFigures bay = MeasurePlate(
-      Plate([](double x, double y) { return !(std::abs(x) < 0.02 && y < 0); }));
+  const SilhouetteFigures bay =
+      MeasurePlate(Plate([](double x, double y) { return !(std::abs(x) < 0.02 && y < 0); }));
   EXPECT_EQ(bay.hole_share, 0);
   EXPECT_GT(bay.rim, 4.5);
 }
 
 TEST(Silhouettes, TornIsWhatADiscOfOnePercentFills) {
   // Slits of 0.01, 4 pixels, are filled by a disc of radius 4; a gap of 0.04 is not.
-  const SilhouetteFigures slits = MeasurePlate(Plate([](double x, double) {
-    return std::lround(100 * x + 29.5) % 6 != 0 || std::abs(x) > 0.28;
-  }));
+  const SilhouetteFigures slits = MeasurePlate(Plate(
+      [](double x, double) { return std::lround(100 * x + 29.5) % 6 != 0 || std::abs(x) > 0.28; }));
   EXPECT_GT(slits.torn_share, 0.1);
   const SilhouetteFigures gap =
       MeasurePlate(Plate([](double x, double) { return std::abs(x) > 0.02; }));
