@@ -25,15 +25,13 @@ struct Collapse {
 
 // Keeps a surface within a tolerance of the one it was made from while its edges are collapsed.
 //
-// Points of the two surfaces correspond: every input vertex that is gone lies by a face, and a
-// vertex that has moved lies by an input face. The overlay of the surfaces has three kinds of
-// corners: input vertices, present vertices, and crossings of an input edge with a present edge.
-// Between them the distance of corresponding points is convex, so that its largest value is at a
-// corner. A collapse is allowed if it keeps all corners of its star within tolerance: input
-// vertices by distance to their new face, the new vertex by distance to the input surface,
-// crossings by the distance of the two edges. An input edge that spans faces without a common
-// corner is cut in the middle; where that does not decide within a few cuts the collapse is
-// refused.
+// Every input vertex that is gone lies by a present face. The overlay of the surfaces has three
+// kinds of corners: input vertices, present vertices, and crossings of an input edge with a present
+// edge; between them the distance of corresponding points is convex, so that its largest value is
+// at a corner. A collapse is allowed if all input vertices of its star are within tolerance of a
+// new face, if every input edge from one of them can be walked along from face to face with both
+// ends of each part within tolerance of the same face (then so is the part), if the new vertex is
+// within tolerance of the input, and if some points on the new edges and faces are.
 //
 // On the border the input's vertices between two present ones lie within tolerance of the edge
 // between these; border vertices do not move.
