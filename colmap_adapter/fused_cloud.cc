@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <limits>
+
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -259,6 +261,18 @@ void WriteFusedCloud(const fs::path& ply_path, const VisibilityCloud& cloud, con
   FusedCloudWriter writer(ply_path, scene, cloud.size());
   writer.Add(cloud);
   writer.Commit();
+}
+
+PointViews ReadVisibility(const fs::path& vis_path, size_t num_points) {
+  internal::VisibilityFile file =
+      internal::ReadVisibilityFile(vis_path, std::numeric_limits<uint32_t>::max());
+  if (file.num_points() != num_points) {
+    throw InputError(
+        vis_path.string(),
+        fmt::format("is about {} points, but there are {}", file.num_points(), num_points),
+        "remove it or make both files again");
+  }
+  return {std::move(file.begin), std::move(file.image_idxs)};
 }
 
 void WriteVisibility(const fs::path& vis_path, const std::vector<uint64_t>& begin,

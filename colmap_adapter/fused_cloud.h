@@ -63,6 +63,16 @@ class FusedCloudWriter {
 void WriteFusedCloud(const std::filesystem::path& ply_path, const VisibilityCloud& cloud,
                      const Scene& scene);
 
+// What sees each point of a cloud, or each vertex of a mesh: views[begin[p] .. begin[p + 1]).
+struct PointViews {
+  std::vector<uint64_t> begin;
+  std::vector<uint32_t> view_idxs;
+};
+
+// Reads a file as WriteVisibility() writes it. Throws InputError if it is cut off or malformed, or
+// about another number of points.
+PointViews ReadVisibility(const std::filesystem::path& vis_path, size_t num_points);
+
 // Writes the views of each point, or of each vertex of a mesh, in the format of fused.ply.vis:
 // views[begin[p] .. begin[p + 1]) see p. Atomic.
 void WriteVisibility(const std::filesystem::path& vis_path, const std::vector<uint64_t>& begin,

@@ -8,8 +8,9 @@ const std::vector<CommandFactory>& CommandTable() {
   static const std::vector<CommandFactory> table = {
       MakeQuasiDenseMatcher,   MakePatchMatchStereoCommand,
       MakeStereoFusionCommand, MakeVisibilityMesherCommand,
-      MakeMeshRefinerCommand,  MakeMeshEvaluator,
-      MakeMeshRenderer,        MakeMeshComparer,
+      MakeMeshRefinerCommand,  MakeMeshSimplifier,
+      MakeMeshEvaluator,       MakeMeshRenderer,
+      MakeMeshComparer,
   };
   return table;
 }

@@ -101,6 +101,12 @@ Json PhotometricJson(const PhotometricScore& score) {
   return json;
 }
 
+Json SilhouettesJson(const SilhouetteFigures& s) {
+  return {{"views", s.num_views},         {"coverage", s.coverage},
+          {"hole_share", s.hole_share},   {"torn_share", s.torn_share},
+          {"crumb_share", s.crumb_share}, {"rim", s.rim}};
+}
+
 template <class View>
 std::vector<View> ByName(std::vector<View> views) {
   std::stable_sort(views.begin(), views.end(),
@@ -173,6 +179,13 @@ std::string PhotometricTable(const PhotometricScore& score) {
   return text;
 }
 
+std::string SilhouettesTable(const SilhouetteFigures& s) {
+  return fmt::format(
+      "  from the photos' poses: hole share {:.4f}, torn share {:.4f}, rim {:.1f}, crumbs {:.4f}, "
+      "covered {:.3f}\n",
+      s.hole_share, s.torn_share, s.rim, s.crumb_share, s.coverage);
+}
+
 }  // namespace
 
 std::string ToJson(const MeshFigures& figures) {
@@ -181,12 +194,14 @@ std::string ToJson(const MeshFigures& figures) {
   if (figures.surface) json["surface"] = SurfaceJson(*figures.surface);
   if (figures.depth_errors) json["depth_errors"] = DepthErrorsJson(*figures.depth_errors);
   if (figures.photometric) json["photometric"] = PhotometricJson(*figures.photometric);
+  if (figures.silhouettes) json["silhouettes"] = SilhouettesJson(*figures.silhouettes);
   return json.dump(2) + "\n";
 }
 
 std::string ToTable(const MeshFigures& figures) {
   std::string text = figures.name + "\n";
   if (figures.inspection) text += InspectionTable(*figures.inspection);
+  if (figures.silhouettes) text += SilhouettesTable(*figures.silhouettes);
   if (figures.surface) text += SurfaceTable(*figures.surface);
   if (figures.depth_errors) text += DepthErrorsTable(*figures.depth_errors);
   if (figures.photometric) text += PhotometricTable(*figures.photometric);

@@ -6,6 +6,7 @@
 
 #include "lsmvs/evaluation/depth_errors.h"
 #include "lsmvs/evaluation/photometric_score.h"
+#include "lsmvs/evaluation/silhouettes.h"
 #include "lsmvs/evaluation/surface_evaluator.h"
 #include "lsmvs/mesh/inspect.h"
 
@@ -18,6 +19,7 @@ struct MeshFigures {
   std::optional<SurfaceEvaluation> surface;  // with a truth
   std::optional<DepthErrors> depth_errors;   // with a truth and views
   std::optional<PhotometricScore> photometric;
+  std::optional<SilhouetteFigures> silhouettes;  // of meshes with views
 };
 
 // One JSON object, indented; distances in world units and, where a GSD is known, in GSD. Keys are

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <vector>
 
+#include "lsmvs/geometry/distances.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 
@@ -16,32 +17,6 @@ namespace lsmvs {
 namespace {
 
 constexpr double kMaxFloat = std::numeric_limits<float>::max();
-
-struct Triangle {
-  Eigen::Vector3d a, b, c;
-};
-
-// Closest point of a triangle by the Voronoi regions of its corners, edges and inside (Ericson,
-// Real-Time Collision Detection, 2005, 5.1.5).
-Eigen::Vector3d ClosestOnTriangle(const Eigen::Vector3d& p, const Triangle& t) {
-  const Eigen::Vector3d ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a, bp = p - t.b, cp = p - t.c;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return t.a;
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return t.b;
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return t.a + d1 / (d1 - d3) * ab;
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return t.c;
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return t.a + d2 / (d2 - d6) * ac;
-  const double va = d3 * d6 - d5 * d4;
-  const double step = (d4 - d3) + (d5 - d6);
-  if (va <= 0 && d4 >= d3 && d5 >= d6 && step > 0) return t.b + (d4 - d3) / step * (t.c - t.b);
-  const double sum = va + vb + vc;
-  if (!(sum > 0)) return t.a;  // a degenerate triangle that rounding brought here
-  return t.a + vb / sum * ab + vc / sum * ac;
-}
 
 Eigen::Vector3d Middle(const std::vector<Eigen::Vector3d>& vertices) {
   Eigen::AlignedBox3d box;
@@ -137,7 +112,7 @@ struct MeshTracer::State {
   int FaceOf(unsigned triangle) const {
     return face_of_triangle.empty() ? static_cast<int>(triangle) : face_of_triangle[triangle];
   }
-  Triangle Corners(unsigned triangle) const {
+  Triangle3 Corners(unsigned triangle) const {
     const Triple& t = triangles[triangle];
     return {vertices[t[0]].cast<double>(), vertices[t[1]].cast<double>(),
             vertices[t[2]].cast<double>()};

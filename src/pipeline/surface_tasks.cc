@@ -14,7 +14,7 @@ namespace lsmvs {
 namespace {
 
 constexpr const char* kSurfaceVersion = "7";
-constexpr const char* kRefinementVersion = "2";
+constexpr const char* kRefinementVersion = "3";
 
 // Before there is a cloud: points that fusion makes of a pixel, and views of a point; measured on
 // scenes of 8 to 24 photos.
@@ -127,6 +127,7 @@ TaskCounts RunRefinement(const Reconstruction& reconstruction, const std::filesy
   WriteMeshPly(run.outputs.at(0), result.mesh, offset);
   return {{"vertices", static_cast<double>(result.mesh.vertices.size())},
           {"faces", static_cast<double>(result.mesh.faces.size())},
+          {"faces_refined", static_cast<double>(result.num_faces_refined)},
           {"pairs", static_cast<double>(result.num_pairs)},
           {"photo_error_before", result.input_photo_error},
           {"photo_error_after", result.output_photo_error}};

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "lsmvs/mesh/simplify.h"
 #include "lsmvs/refinement/fairing.h"
 #include "lsmvs/refinement/finishing.h"
 #include "lsmvs/refinement/guard.h"
@@ -15,6 +16,7 @@
 #include "lsmvs/refinement/smoothness.h"
 #include "lsmvs/refinement/vertex_colors.h"
 #include "lsmvs/refinement/vertex_frames.h"
+#include "lsmvs/refinement/vertex_pixel_sizes.h"
 #include "lsmvs/scene/view_selection.h"
 
 namespace lsmvs {
@@ -35,8 +37,9 @@ constexpr double kLevelSum = 1.33;  // pixels of all levels, relative to the fin
 constexpr double kPixelsPerFace = 60, kMapBytesPerPixel = 8, kBytesPerFace = 350,
                  kBytesPerPixelInWork = 8;
 
-// For progress: the guard's cost in units of the coarsest level, and what vertex colours leave.
-constexpr double kGuardCost = 2.0, kPartOfLevels = 0.95;
+// For progress: the guard's cost in units of the coarsest level, and what simplification and
+// vertex colours leave.
+constexpr double kGuardCost = 2.0, kPartOfLevels = 0.9;
 // The guard looks for pairs that took no part among more neighbours than the refinement had.
 constexpr int kGuardNeighborFactor = 2, kMaxGuardPairs = 4;
 
@@ -152,9 +155,11 @@ class MeshRefiner {
       done += cost;
     }
     JudgeAndFinish();
+    result_.num_faces_refined = result_.mesh.faces.size();
+    if (options_.simplify_tolerance > 0) Simplify();
     result_.message =
-        fmt::format("{} faces, photo error {:.4f} -> {:.4f}, {} of {} regions restored",
-                    result_.mesh.faces.size(), result_.input_photo_error,
+        fmt::format("{} of {} faces, photo error {:.4f} -> {:.4f}, {} of {} regions restored",
+                    result_.mesh.faces.size(), result_.num_faces_refined, result_.input_photo_error,
                     result_.output_photo_error, result_.num_regions_restored, result_.num_regions);
   }
 
@@ -271,6 +276,20 @@ class MeshRefiner {
       gain.of_vertex[v] = pairs.per_face * (gain.of_vertex[v] - after[v]);
     }
     return gain;
+  }
+
+  void Simplify() {
+    const double start = Seconds();
+    std::vector<double> tolerance =
+        VertexPixelSizes(result_.mesh, MakeLevelViews(scene_, images_, 0), context_);
+    for (double& t : tolerance) t *= options_.simplify_tolerance;
+    // Of no use for fewer faces; the simplification needs memory, too.
+    input_ = {};
+    regions_ = {};
+    pairs_ = {};
+    result_.mesh =
+        SimplifyWithinTolerance(result_.mesh, tolerance, {}, context_.Part(kPartOfLevels, 1)).mesh;
+    result_.simplify_seconds = Seconds() - start;
   }
 
   void Color() {

@@ -82,6 +82,10 @@ struct MeshRefinerOptions {
   int max_hole_edges = 40;
   // Every n-th view takes no part in the refinement, only in the guard. 0: all take part.
   int hold_out_every = 0;
+  // The result has as few faces as keep it within this distance (pixels of the view that sees the
+  // place finest) of the refined surface. Raising it gives smaller files; vertex colours, one a
+  // vertex, get coarser with it. 0: all faces stay.
+  double simplify_tolerance = 0.25;
   bool color_vertices = true;
 
   void Describe(OptionSet* options);
@@ -117,8 +121,9 @@ struct RefinementResult {
   RefinementStatus status = RefinementStatus::kRefined;
   std::string message;  // one line
 
-  int num_pairs = 0;          // ordered pairs of views
-  size_t num_faces_seen = 0;  // by at least one pair, of the input
+  int num_pairs = 0;             // ordered pairs of views
+  size_t num_faces_seen = 0;     // by at least one pair, of the input
+  size_t num_faces_refined = 0;  // before simplification
   size_t num_splits = 0, num_flips = 0, num_collapses = 0;
   size_t num_smoothed_vertices = 0;                  // of crumbs of the input
   size_t num_regions = 0, num_regions_restored = 0;  // by the guard
@@ -129,7 +134,7 @@ struct RefinementResult {
   std::vector<RefinementLevelSummary> levels;  // coarse to fine
 
   double prepare_seconds = 0, optimize_seconds = 0, remesh_seconds = 0, guard_seconds = 0,
-         color_seconds = 0;
+         simplify_seconds = 0, color_seconds = 0;
 };
 
 // Moves the vertices of a mesh so that photos agree through it (photometric variational
@@ -144,9 +149,13 @@ struct RefinementResult {
 // steps are cut at `max_step_px`, accepted or rejected region by region, and damped where they were
 // rejected.
 //
+// At the end edges are collapsed within `simplify_tolerance` (see SimplifyWithinTolerance); colours
+// are taken from the photos after that, so that they are as sharp as these.
+//
 // Input: any triangle mesh; non-manifold edges are kept and not split. Facets oriented towards the
 // cameras. Output: manifold where the input is; never worse in photo error than the input in any
-// region if `guard`. Facets that no pair sees stay where they are. Deterministic for any number of
+// region if `guard`, but for what the simplification tolerates. Facets that no pair sees stay where
+// they are. Deterministic for any number of
 // threads; does not depend on the scale, rotation or translation of the scene beyond rounding.
 // Memory: 8 bytes a pixel of the views in use at a time (bounded by the context's budget) plus
 // about 400 bytes a vertex, and what the image store holds; `mesh` is taken over (move it in).

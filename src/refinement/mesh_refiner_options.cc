@@ -68,6 +68,9 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
   options->Add("MeshRefinement.hold_out_every", &hold_out_every,
                "Every n-th view takes no part in the refinement, only in the guard; 0: none.",
                {0, 1000000});
+  options->Add("MeshRefinement.simplify_tolerance", &simplify_tolerance,
+               "Distance in pixels within which faces are saved at the end; 0: all stay.",
+               {0.0, 100.0});
   options->Add("MeshRefinement.color_vertices", &color_vertices,
                "Colour the vertices from the photos.");
 }

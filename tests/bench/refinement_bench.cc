@@ -144,6 +144,7 @@ void BM_RefineMesh(benchmark::State& state) {
   options.optimizer = static_cast<RefinementOptimizer>(state.range(0));
   options.max_num_iterations = static_cast<int>(state.range(1));
   options.color_vertices = false;
+  options.simplify_tolerance = 0;
   RefinementResult result;
   for (auto _ : state) {
     result = RefineMesh(scene.s.scene, *scene.images, scene.mesh, options, RunContext(1));

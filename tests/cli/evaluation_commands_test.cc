@@ -153,6 +153,9 @@ TEST_F(EvaluationCommands, ComparerWritesPageFiguresAndPictures) {
   const nlohmann::json json = nlohmann::json::parse(Content(report / "report.json"));
   ASSERT_EQ(json["meshes"].size(), 2u);
   EXPECT_EQ(json["meshes"][0]["title"], "lsmvs refined");
+  EXPECT_EQ(json["title"], "Meshes of ws");
+  EXPECT_EQ(json["meshes"][0]["figures"]["silhouettes"]["hole_share"], 0);
+  EXPECT_EQ(json["meshes"][0]["figures"]["silhouettes"]["views"], 6);
   EXPECT_LE(json["meshes"][0]["faces_shown"], 500);
   EXPECT_LT(json["meshes"][0]["figures"]["surface"]["f1"][0],
             json["meshes"][1]["figures"]["surface"]["f1"][0]);

@@ -18,7 +18,8 @@ TEST(Programs, HelpNamesOptionsDefaultsAndExitCodes) {
         {"stereo_fusion", "--help"},
         {"quasi_dense_matcher", "-h"},
         {"visibility_mesher", "-h"},
-        {"mesh_refiner", "-h"}}) {
+        {"mesh_refiner", "-h"},
+        {"mesh_simplifier", "-h"}}) {
     const ProgramResult result = RunProgram("lsmvs", arguments);
     ExpectSuccess(result);
     for (const char* text :

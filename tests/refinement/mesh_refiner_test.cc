@@ -53,8 +53,10 @@ double MeanErrorPx(const SyntheticScene& s, const TriangleMesh& mesh, double min
   return sum / count;
 }
 
+// Of the refinement alone: what it finds is not simplified.
 MeshRefinerOptions FastOptions() {
   MeshRefinerOptions options;
+  options.simplify_tolerance = 0;
   options.num_levels = 2;
   options.color_vertices = false;
   return options;
@@ -288,6 +290,27 @@ TEST(MeshRefiner, SplitsWhatThePhotosResolveAndNothingElse) {
   EXPECT_EQ(same.mesh.faces, coarse.faces);
 }
 
+TEST(MeshRefiner, SimplifiesWithinTheToleranceAndColoursAfterwards) {
+  const RenderedScene scene(MakeScene(ShapeName::kSphere, 24, 128, 96));
+  const TriangleMesh input = scene.s.shape->Mesh(3 * scene.s.gsd);
+  MeshRefinerOptions options = FastOptions();
+  options.color_vertices = true;
+  const auto all = RefineMesh(scene.s.scene, *scene.images, input, options, RunContext(2));
+  size_t last = all.mesh.faces.size();
+  for (const double tolerance : {0.1, 0.5}) {
+    options.simplify_tolerance = tolerance;
+    const auto few = RefineMesh(scene.s.scene, *scene.images, input, options, RunContext(2));
+    ExpectValidClosedMesh(few.mesh);
+    EXPECT_EQ(few.num_faces_refined, all.mesh.faces.size());
+    EXPECT_LT(few.mesh.faces.size(), last);
+    EXPECT_EQ(few.mesh.vertex_colors.size(), few.mesh.vertices.size());
+    // Pixels are no larger than a GSD where a photo looks straight on; the sphere's far parts are
+    // seen by other photos.
+    EXPECT_LT(MeanErrorPx(scene.s, few.mesh), MeanErrorPx(scene.s, all.mesh) + tolerance);
+    last = few.mesh.faces.size();
+  }
+}
+
 TEST(MeshRefinerOptions, DefaultsAreValidAndBoundsAreNamed) {
   std::string error;
   EXPECT_TRUE(MeshRefinerOptions().Check(&error)) << error;
@@ -310,6 +333,7 @@ TEST(MeshRefinerOptions, DefaultsAreValidAndBoundsAreNamed) {
   violates([](auto* o) { o->max_step_px = 0; }, "max_step");
   violates([](auto* o) { o->min_relative_gain = 2; }, "min_relative_gain");
   violates([](auto* o) { o->max_face_area_px = -1; }, "max_face_area");
+  violates([](auto* o) { o->simplify_tolerance = -1; }, "simplify_tolerance");
   violates([](auto* o) { o->hold_out_every = -1; }, "hold_out_every");
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "lsmvs/image/image_codec.h"
+#include "lsmvs/mesh/repair.h"
 #include "lsmvs/report/report.h"
 #include "lsmvs/util/atomic_file.h"
 
@@ -61,6 +62,14 @@ ReportMesh MakeMesh(const char* title, int n, double height, const Color& color,
   return mesh;
 }
 
+// Takes 3 x 3 squares out of a square of n x n, near a corner.
+void CutHole(int n, TriangleMesh* mesh) {
+  FilterFaces(mesh, [n](size_t f) {
+    const int row = static_cast<int>(f / 2) / n, column = static_cast<int>(f / 2) % n;
+    return std::abs(row - n / 8) > 1 || std::abs(column - n / 8) > 1;
+  });
+}
+
 DepthErrors SomeDepthErrors(size_t good) {
   DepthErrors errors;
   errors.all.bins = {good, 20, 10, 5, 5, 2, 2, 1, 1, 1};
@@ -85,6 +94,10 @@ int main(int argc, char** argv) {
   report.meshes.push_back(MakeMesh("green", n, 0.04, Color(30, 200, 30), 0.4f));
   report.meshes.push_back(MakeMesh("blue", n, 0.06, Color(40, 60, 230), 1.0f));
   report.meshes.push_back(MakeMesh("yellow", n, 0.03, Color(230, 220, 30), 0.7f));
+  CutHole(n, &report.meshes[0].shown);
+  for (ReportMesh& mesh : report.meshes) {
+    mesh.figures.silhouettes = SilhouetteFigures{6, 0.8, 0.001, 0.002, 0.03, 4.2};
+  }
   report.meshes[0].figures.inspection->num_faces = 10'000'000;  // as if it had been simplified
   for (size_t i = 0; i < 4; ++i) {
     report.meshes[i].figures.depth_errors = SomeDepthErrors(100 - 20 * i);

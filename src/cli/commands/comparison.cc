@@ -54,6 +54,23 @@ std::vector<Candidate> FindMeshes(const DenseWorkspace& workspace, const std::st
   return candidates;
 }
 
+// "project, dense/0": a workspace says what it is about only together with its project.
+std::string WorkspaceTitle(const fs::path& folder) {
+  fs::path path = fs::absolute(folder).lexically_normal();
+  if (path.filename().empty()) path = path.parent_path();
+  std::string inner;
+  const auto is_number = [](const std::string& name) {
+    return !name.empty() && name.find_first_not_of("0123456789") == std::string::npos;
+  };
+  while ((path.filename() == "dense" || is_number(path.filename().string())) &&
+         path.has_relative_path() && path.parent_path().has_filename()) {
+    inner = inner.empty() ? path.filename().string() : path.filename().string() + "/" + inner;
+    path = path.parent_path();
+  }
+  const std::string name = path.filename().string();
+  return inner.empty() ? name : name + ", " + inner;
+}
+
 std::string FileStem(const Candidate& candidate) { return candidate.path.stem().string(); }
 
 // The runs that made our meshes, from the run's record.
@@ -184,6 +201,7 @@ class Comparison {
     const MeshTracer tracer(mesh, run);
     entry->figures.name = entry->file;
     entry->figures.inspection = Inspect(mesh);
+    entry->figures.silhouettes = MeasureSilhouettes(tracer, mesh, scene_.views, run.Part(0, 0.05));
     if (evaluator_) {
       entry->figures.surface = evaluator_->Evaluate(mesh, run.Part(0.05, 0.2), &tracer);
       if (const MeshTracer* truth = evaluator_->truth_tracer()) {
@@ -264,10 +282,8 @@ class Comparison {
   void DescribeRun() {
     report_.program = VersionLine();
     report_.workspace = workspace_.folder.string();
-    const fs::path absolute = fs::weakly_canonical(workspace_.folder);
-    report_.title = options_.title.empty()
-                        ? fmt::format("Meshes of {}", absolute.filename().string())
-                        : options_.title;
+    report_.title =
+        options_.title.empty() ? "Meshes of " + WorkspaceTitle(workspace_.folder) : options_.title;
     report_.stages = history_.Stages();
     for (const auto& [name, value] : history_.options()) report_.options.emplace_back(name, value);
     if (report_.meshes.empty()) {

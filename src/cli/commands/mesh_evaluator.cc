@@ -33,6 +33,8 @@ class MeshEvaluator : public Command {
         "warped through the mesh. Give --view_names with photos that the reconstruction has not "
         "seen "
         "for an honest score.\n"
+        "With --workspace_path also how torn the mesh looks from the photos' poses: holes, ragged "
+        "rims, lumps.\n"
         "A file without faces is taken as a cloud. Nothing of the workspace is changed.";
     info.examples = {
         "lsmvs mesh_evaluator --input_path mesh.ply --ground_truth_path truth.ply --workspace_path "
@@ -67,6 +69,9 @@ class MeshEvaluator : public Command {
     figures_.name = input_path_;
     if (!mesh_.faces.empty()) figures_.inspection = Inspect(mesh_);
     if (!mesh_.faces.empty()) tracer_ = std::make_unique<MeshTracer>(mesh_, context.run);
+    if (tracer_ && scene_) {
+      figures_.silhouettes = MeasureSilhouettes(*tracer_, mesh_, scene_->views, context.run);
+    }
     if (!ground_truth_path_.empty()) {
       CompareWithTruth(ReadMeshPly(ground_truth_path_, offset, NotFinite::kKeep), context);
     }

@@ -15,7 +15,8 @@ class MeshRefinerCommand : public Command {
             "Mesh + photos -> refined mesh",
             "Moves the vertices of a mesh until the photos agree through it, and adapts the size "
             "of its triangles to what the photos "
-            "resolve. Regions that would get worse keep their input. Any PLY mesh in the "
+            "resolve. Regions that would get worse keep their input; at the end faces that are not "
+            "needed are saved. Any PLY mesh in the "
             "coordinates of the workspace will do, "
             "COLMAP's too. Writes a triangle mesh with vertex colours.",
             {"lsmvs mesh_refiner --workspace_path project/dense/0 --input_path "

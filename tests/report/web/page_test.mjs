@@ -196,7 +196,7 @@ const tests = {
       assert.notDeepEqual(now, last, `${key} does nothing`);
       last = now;
     }
-    for (const [key, id] of [['w', 'wireframe'], ['f', 'facets'], ['c', 'cameras']]) {
+    for (const [key, id] of [['w', 'wireframe'], ['f', 'facets'], ['h', 'borders'], ['c', 'cameras']]) {
       await page.keyboard.press(key);
       assert(await page.isChecked(`#${id}`), key);
       await page.keyboard.press(key);
@@ -245,12 +245,27 @@ const tests = {
       return last;
     };
     const plain = await picture();
-    for (const id of ['wireframe', 'facets', 'cameras']) {
+    for (const id of ['wireframe', 'facets', 'borders', 'cameras']) {
       await page.check(`#${id}`, { force: true });
       assert.notEqual(await picture(), plain, `${id} shows nothing`);
       await page.uncheck(`#${id}`, { force: true });
     }
     assert.equal(await picture(), plain);
+  },
+  async 'holes and the rim are drawn apart'(page) {
+    await page.check('#borders', { force: true });
+    await settle(page);
+    // The square's rim, and of the first mesh a hole of 3 x 3 squares.
+    const found = await page.evaluate(() => window.lsmvsReport.viewer.meshes.map((mesh) => {
+      const { position, color } = mesh.userData.borders.geometry.attributes;
+      const colors = new Map();
+      for (let i = 0; i < position.count; i += 2) colors.set(color.getZ(i), (colors.get(color.getZ(i)) ?? 0) + 1);
+      return [...colors.values()];
+    }));
+    const side = await page.evaluate(() => Math.sqrt(window.lsmvsReport.report.meshes[1].packed.faces / 2));
+    assert.deepEqual(found[0], [4 * side, 12]);
+    for (const other of found.slice(1)) assert.deepEqual(other, [4 * side]);
+    await page.uncheck('#borders', { force: true });
   },
   async 'a click on a drawn camera jumps to its photo'(page) {
     await page.click('#overview');
@@ -321,7 +336,7 @@ const tests = {
     assert.deepEqual(score[1], [true, false, false, false]);
     const time = rows.find(([name]) => name.startsWith('Time from'));
     assert.deepEqual(time[1], [true, false, false, false]);
-    assert.match(await page.textContent('#simplified'), /red \(10,000,000 faces, 199,712 shown\)/);
+    assert.match(await page.textContent('#simplified'), /red \(10,000,000 faces, 199,694 shown\)/);
     assert.match(await page.textContent('#missing'), /COLMAP Delaunay: needs CGAL <\/script>/);
     assert.match(await page.textContent('#run'), /patch_match_stereo/);
     assert.match(await page.textContent('h1'), /^Test <page> & "quotes"$/);
@@ -338,7 +353,7 @@ const tests = {
       await page.keyboard.press('Tab');
       reached.add(await page.evaluate(() => document.activeElement.id || document.activeElement.className || document.activeElement.tagName));
     }
-    for (const id of ['wireframe', 'facets', 'cameras', 'photo', 'previous', 'next', 'blend', 'overview', 'stage', 'wipe']) assert(reached.has(id), `Tab does not reach ${id}`);
+    for (const id of ['wireframe', 'facets', 'borders', 'cameras', 'photo', 'previous', 'next', 'blend', 'overview', 'stage', 'wipe']) assert(reached.has(id), `Tab does not reach ${id}`);
     assert.equal(await page.getAttribute('html', 'lang'), 'en');
   },
 };

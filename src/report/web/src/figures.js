@@ -11,6 +11,8 @@ const el = (name, attributes = {}, ...children) => {
 
 const count = (n) => (n === undefined ? '' : n.toLocaleString('en-US'));
 const share = (x) => x.toFixed(3);
+const fine = (x) => x.toFixed(4);
+const tenths = (x) => x.toFixed(1);
 const small = (x) => (x === 0 ? '0' : x < 0.001 ? '< 0.001' : x >= 100 ? x.toFixed(0) : x >= 10 ? x.toFixed(1) : x.toPrecision(3));
 export const bytes = (n) => (n >= 2 ** 30 ? `${(n / 2 ** 30).toFixed(1)} GB` : n >= 1e5 ? `${(n / 2 ** 20).toFixed(1)} MB` : `${Math.ceil(n / 1024)} kB`);
 export const duration = (s) => (s >= 3600 ? `${(s / 3600).toFixed(1)} h` : s >= 100 ? `${(s / 60).toFixed(1)} min` : `${s.toFixed(1)} s`);
@@ -35,6 +37,7 @@ function truthRows(meshes) {
 
 function rowsOf(meshes) {
   const photometric = (key) => (m) => m.figures.photometric?.[key];
+  const silhouettes = (key) => (m) => m.figures.silhouettes?.[key];
   const mesh = (key) => (m) => m.figures.mesh?.[key];
   return [
     ...truthRows(meshes),
@@ -42,6 +45,11 @@ function rowsOf(meshes) {
     { name: 'Covered share of the photos', get: photometric('coverage'), show: share, best: 'max' },
     { name: 'Mean correlation (ZNCC) where covered', get: photometric('mean_zncc'), show: share, best: 'max' },
     { name: 'Score (both together)', get: photometric('score'), show: share, best: 'max' },
+    { group: 'Seen from the poses of the photos' },
+    { name: 'Holes (enclosed background), share of the mesh', get: silhouettes('hole_share'), show: fine, best: 'min' },
+    { name: 'Torn (narrow gaps and bays), share of the mesh', get: silhouettes('torn_share'), show: fine, best: 'min' },
+    { name: 'Length of the rim (a disc has 4.5)', get: silhouettes('rim'), show: tenths, best: 'min' },
+    { name: 'Crumbs (lumps, noise and true edges), share of the mesh', get: silhouettes('crumb_share'), show: share, best: 'min' },
     { group: 'Mesh' },
     { name: 'Faces', get: mesh('faces'), show: count },
     { name: 'Vertices', get: mesh('vertices'), show: count },

@@ -178,6 +178,7 @@ const KEYS = {
   b: () => setBlend(Number($('blend').value) > 0 ? 0 : 50),
   w: () => $('wireframe').click(),
   f: () => $('facets').click(),
+  h: () => $('borders').click(),
   c: () => $('cameras').click(),
 };
 STYLES.forEach((style, k) => { KEYS[k + 1] = () => !$(`style-${style}`).disabled && setStyle(style); });
@@ -238,7 +239,7 @@ function connect() {
     { value: 'normals', label: 'Normals' },
     { value: 'errors', label: 'Errors', disabled: !hasErrors, title: hasErrors ? '' : 'No errors were measured' },
   ], setStyle);
-  for (const id of ['wireframe', 'facets', 'cameras']) $(id).addEventListener('change', () => toggle(id));
+  for (const id of ['wireframe', 'facets', 'borders', 'cameras']) $(id).addEventListener('change', () => toggle(id));
   const list = $('photo');
   list.append(el('option', { value: '' }, 'Choose a photo'), ...photos.map((p, i) => el('option', { value: i }, p.name)));
   list.addEventListener('change', () => setPhoto(list.value === '' ? null : Number(list.value)));

@@ -2,10 +2,13 @@ import {
   BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments, Mesh, OrthographicCamera, PlaneGeometry, Scene,
   ShaderMaterial, Texture, Vector3, WebGLRenderer, WireframeGeometry, GLSL3,
 } from 'three';
+import { borderLoops } from './borders.js';
 import { meshMaterial } from './material.js';
 import { Rig } from './rig.js';
 
 export const STYLES = ['clay', 'color', 'normals', 'errors'];
+
+const RIM = [0.02, 0.1, 0.9], HOLE = [0.9, 0.0, 0.05];
 
 function photoMaterial() {
   return new ShaderMaterial({
@@ -48,7 +51,7 @@ export class Viewer {
     this.scene = new Scene();
     this.meshes = report.meshes.map(() => null);
     this.panes = []; // {element, meshes: [index] or [left, right]}
-    this.settings = { style: 'clay', wireframe: false, facets: false, cameras: false, blend: 0, wipe: 0.5 };
+    this.settings = { style: 'clay', wireframe: false, facets: false, borders: false, cameras: false, blend: 0, wipe: 0.5 };
     this.photos = new Map();
     this.photoQuad = new Mesh(new PlaneGeometry(1, 1), photoMaterial());
     this.photoQuad.frustumCulled = false;
@@ -100,6 +103,31 @@ export class Viewer {
       this.scene.add(mesh.userData.lines);
     }
     return mesh.userData.lines;
+  }
+
+  // The mesh's border: its longest loop, the rim, in one colour, the holes in another. Made when it is first wanted.
+  bordersOf(mesh) {
+    if (!mesh.userData.borders) {
+      const positions = mesh.geometry.getAttribute('position').array;
+      const loops = borderLoops(positions, mesh.geometry.index.array);
+      const count = loops.reduce((sum, loop) => sum + loop.length, 0);
+      const points = new Float32Array(6 * count), colors = new Float32Array(6 * count);
+      let at = 0;
+      loops.forEach((loop, i) => loop.forEach((v, k) => {
+        for (const w of [v, loop[(k + 1) % loop.length]]) {
+          points.set(positions.subarray(3 * w, 3 * w + 3), at);
+          colors.set(i === 0 ? RIM : HOLE, at);
+          at += 3;
+        }
+      }));
+      const geometry = new BufferGeometry();
+      geometry.setAttribute('position', new BufferAttribute(points, 3));
+      geometry.setAttribute('color', new BufferAttribute(colors, 3));
+      mesh.userData.borders = new LineSegments(geometry, new LineBasicMaterial({ vertexColors: true }));
+      mesh.userData.borders.frustumCulled = false;
+      this.scene.add(mesh.userData.borders);
+    }
+    return mesh.userData.borders;
   }
 
   photoTexture(i) {
@@ -161,7 +189,7 @@ export class Viewer {
 
   drawPane(pane, meshIndex, view, scissor) {
     if (scissor.width < 1 || scissor.height < 1) return;
-    const { style, wireframe, facets, cameras, blend } = this.settings;
+    const { style, wireframe, facets, borders, cameras, blend } = this.settings;
     const { camera } = this.rig;
     camera.updateMatrixWorld();
     const photoRect = this.rig.project(view.width, view.height);
@@ -169,7 +197,9 @@ export class Viewer {
       if (!mesh) return;
       mesh.visible = i === meshIndex;
       if (mesh.userData.lines) mesh.userData.lines.visible = mesh.visible && wireframe;
+      if (mesh.userData.borders) mesh.userData.borders.visible = mesh.visible && borders;
       if (!mesh.visible) return;
+      if (borders) this.bordersOf(mesh).visible = true;
       if (wireframe) this.linesOf(mesh).visible = true;
       const { uniforms } = mesh.material;
       uniforms.style.value = STYLES.indexOf(style);
