@@ -85,6 +85,11 @@ class TemporaryWorkspace {
   const fs::path final_folder_, folder_;
 };
 
+// COLMAP's text reader takes a name to end at its first blank, and fails on references to nothing.
+bool NeedsCopyForColmap(const fs::path& sparse_folder, const SparseModel& model) {
+  return !model.warnings.empty() || !fs::exists(sparse_folder / "cameras.bin");
+}
+
 std::vector<std::string> UndistorterArguments(const WorkspaceEntry& entry,
                                               const PrepareWorkspaceOptions& options,
                                               const fs::path& output) {
@@ -115,12 +120,20 @@ DenseWorkspace PrepareDenseWorkspace(const WorkspaceEntry& entry, const ColmapRu
     throw InputError(entry.sparse_folder.string(), "has no registered image",
                      "check the output of `colmap mapper`: it could not place any photo");
   }
+  LogWarnings(model);
   CheckPhotos(model, entry.image_folder);
   const fs::path& folder = entry.workspace.folder;
   TemporaryWorkspace temporary(folder);
+  std::optional<TemporaryWorkspace> model_copy;
+  WorkspaceEntry source = entry;
+  if (NeedsCopyForColmap(entry.sparse_folder, model)) {
+    model_copy.emplace(folder.string() + "-sparse");
+    source.sparse_folder = model_copy->folder();
+    WriteSparseModel(source.sparse_folder, ReadSparseModel(entry.sparse_folder));
+  }
   const fs::path log_path =
       folder.parent_path() / fmt::format("image_undistorter-{}.log", folder.filename().string());
-  runner.Run(UndistorterArguments(entry, options, temporary.folder()), log_path, context);
+  runner.Run(UndistorterArguments(source, options, temporary.folder()), log_path, context);
   CheckUndistorted(DenseWorkspace{temporary.folder()}, model, entry.image_folder);
   temporary.Keep();
   return entry.workspace;

@@ -20,9 +20,10 @@ struct PrepareWorkspaceOptions {
 
 // Makes the workspace by `colmap image_undistorter`, unless it exists. The work goes on in a hidden
 // folder beside it, which is renamed when it is complete: a killed run leaves no half workspace,
-// and the next one starts over. COLMAP's output is kept beside the workspace in
-// image_undistorter-<its name>.log. Throws ExternalToolError if colmap is missing or fails,
-// CancelledError.
+// and the next one starts over. COLMAP is given a binary copy of a model that is text (its text
+// reader cuts names at blanks) or refers to what is not there. COLMAP's output is kept beside the
+// workspace in image_undistorter-<its name>.log. Throws ExternalToolError if colmap is missing or
+// fails, CancelledError.
 DenseWorkspace PrepareDenseWorkspace(const WorkspaceEntry& entry, const ColmapRunner& runner,
                                      const PrepareWorkspaceOptions& options,
                                      const RunContext& context);

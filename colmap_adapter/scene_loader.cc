@@ -181,7 +181,9 @@ Scene MakeScene(const SparseModel& model, const std::filesystem::path& model_pat
 
 Scene LoadScene(const DenseWorkspace& workspace, const LoadSceneOptions& options) {
   const std::filesystem::path sparse_folder = workspace.SparseFolder();
-  Scene scene = MakeScene(ReadSparseModel(sparse_folder, {.keep_points2d = false}), sparse_folder);
+  const SparseModel model = ReadSparseModel(sparse_folder, {.keep_points2d = false});
+  LogWarnings(model);
+  Scene scene = MakeScene(model, sparse_folder);
   scene.image_folder = workspace.ImageFolder().string();
   scene.mask_folder = options.mask_folder;
   CheckFolder(workspace.ImageFolder(), "the folder of the images is missing",

@@ -10,7 +10,9 @@
 
 #include "lsmvs/adapter_test/analytic_workspace.h"
 #include "lsmvs/adapter_test/corruption.h"
+#include "lsmvs/adapter_test/small_model.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
+#include "lsmvs/colmap_adapter/sparse_model_io.h"
 #include "lsmvs/test_support/temporary_folder.h"
 
 namespace lsmvs {
@@ -75,6 +77,23 @@ TEST_F(PrepareWorkspaceTest, LeftoverOfAKilledRunIsReplaced) {
   Prepare(FakeColmap(CopyScript()));
   EXPECT_FALSE(fs::exists(project_ / "dense/0/images/half.png"));
   EXPECT_FALSE(fs::exists(project_ / "dense/.0.lsmvs-tmp"));
+}
+
+// COLMAP would take the name of a photo to end at the blank.
+TEST_F(PrepareWorkspaceTest, ColmapGetsABinaryCopyOfATextModel) {
+  SparseModel model = ReadSparseModel(project_ / "sparse/0");
+  const std::string old_name = model.images[2].name;
+  model.images[2].name = "photo (3) of 6.png";
+  fs::rename(project_ / "images" / old_name, project_ / "images" / model.images[2].name);
+  for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
+    fs::remove(project_ / "sparse/0" / name);
+  }
+  WriteSparseModel(project_ / "sparse/0", model, SparseFormat::kText);
+  const auto made = Prepare(FakeColmap(CopyScript()));
+  const SparseModel undistorted = ReadSparseModel(made[0].SparseFolder());
+  ExpectSameModel(undistorted, model);
+  EXPECT_EQ(LoadScene(made[0]).views[2].name, "photo (3) of 6.png");
+  EXPECT_FALSE(fs::exists(project_ / "dense/.0-sparse.lsmvs-tmp"));
 }
 
 TEST_F(PrepareWorkspaceTest, FailureQuotesTheLog) {
