@@ -20,6 +20,9 @@ namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
 
+// Edge, in GSD, of the voxels of which each counts once in the accuracy of a cloud.
+constexpr double kVoxelSize = 2;
+
 // Positive, finite and ascending; false otherwise.
 bool ParseThresholds(const std::string& text, std::vector<double>* thresholds) {
   thresholds->clear();
@@ -177,6 +180,12 @@ struct SurfaceEvaluator::State {
   Points Draw(const TriangleMesh& mesh, const RunContext& context) const {
     return SampleSurface(mesh, static_cast<size_t>(options.num_samples), seed, context);
   }
+  Points DrawReconstruction(const TriangleMesh& mesh, const RunContext& context) const {
+    if (!mesh.faces.empty()) return Draw(mesh, context);
+    TriangleMesh thinned;
+    thinned.vertices = OnePointPerVoxel(mesh.vertices, kVoxelSize * (gsd > 0 ? gsd : unit), seed);
+    return Draw(thinned, context);
+  }
   Points Seen(const Points& points, const MeshTracer* occluder, const RunContext& context) const {
     if (views.empty() || options.min_num_views == 0) return points;
     const double tolerance = options.visibility_tolerance_gsd * gsd;
@@ -257,7 +266,7 @@ SurfaceEvaluation SurfaceEvaluator::Evaluate(const TriangleMesh& reconstruction,
     own_tracer = std::make_unique<MeshTracer>(reconstruction, context);
     tracer = own_tracer.get();
   }
-  const Points drawn = s.Draw(reconstruction, context);
+  const Points drawn = s.DrawReconstruction(reconstruction, context);
   result.sampling_seconds = watch.Lap();
   const Points points = result.is_cloud ? drawn : s.Seen(drawn, tracer, context);
   result.visibility_seconds = watch.Lap();
