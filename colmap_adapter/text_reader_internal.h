@@ -35,6 +35,9 @@ class TextReader {
   uint64_t Count(size_t words_per_record);
   void ExpectEndOfLine();
 
+  // From 1; of the line that was read last.
+  uint64_t line_number() const { return line_number_; }
+
   [[noreturn]] void Fail(const std::string& what) const;
   // What ends the messages from now on.
   void SetRemedy(std::string remedy) { remedy_ = std::move(remedy); }
