@@ -4,8 +4,8 @@
 
 namespace lsmvs {
 
-// A hidden folder beside `final_folder` that is removed when the work in it does not get to its end,
-// and renamed when it does. What an earlier, killed work left there is removed first. Throws
+// A hidden folder beside `final_folder` that is removed when the work in it does not get to its
+// end, and renamed when it does. What an earlier, killed work left there is removed first. Throws
 // FileSystemError.
 class TemporaryWorkspace {
  public:

@@ -39,8 +39,8 @@ struct MaskedPhoto {
     const Eigen::Vector2i size = ReadImageSize(mask_path);
     if (size != PhotoSize() && size != undistorted_size) {
       throw InputError(mask_path,
-                       fmt::format("is {} x {} pixels, but its photo is {} x {}", size.x(), size.y(),
-                                   PhotoSize().x(), PhotoSize().y()),
+                       fmt::format("is {} x {} pixels, but its photo is {} x {}", size.x(),
+                                   size.y(), PhotoSize().x(), PhotoSize().y()),
                        "make the mask of its photo's size, or remove it");
     }
     return size != PhotoSize();
@@ -129,14 +129,13 @@ void TakeUndistortedMask(const fs::path& from, const fs::path& to) {
 }
 
 void UndistortAll(const std::vector<MaskedPhoto>& photos, const fs::path& folder,
-                  const fs::path& log_path, const ColmapRunner& runner,
-                  const RunContext& context) {
+                  const fs::path& log_path, const ColmapRunner& runner, const RunContext& context) {
   const fs::path project = folder / "project", output = folder / "undistorted";
   WriteMaskProject(photos, project);
-  runner.Run({"image_undistorter", "--image_path", (project / "images").string(), "--input_path",
-              (project / "sparse").string(), "--output_path", output.string(), "--output_type",
-              "COLMAP"},
-             log_path, context);
+  runner.Run(
+      {"image_undistorter", "--image_path", (project / "images").string(), "--input_path",
+       (project / "sparse").string(), "--output_path", output.string(), "--output_type", "COLMAP"},
+      log_path, context);
   for (const MaskedPhoto& photo : photos) {
     TakeUndistortedMask(output / "images" / photo.MaskName(), folder / photo.MaskName());
   }

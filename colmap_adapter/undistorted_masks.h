@@ -14,10 +14,10 @@ struct MaskOptions {
   bool alpha_is_mask = true;
 };
 
-// Masks of a project's photos belong to the photos as they were taken, those of a dense workspace to
-// its undistorted images. Undistorts the project's masks, and the alpha channels of its photos, with
-// `colmap image_undistorter`, as it did the photos, into lsmvs/masks of the entry's workspace, which
-// must exist. Returns the folder of the masks that fit the workspace's images: lsmvs/masks;
+// Masks of a project's photos belong to the photos as they were taken, those of a dense workspace
+// to its undistorted images. Undistorts the project's masks, and the alpha channels of its photos,
+// with `colmap image_undistorter`, as it did the photos, into lsmvs/masks of the entry's workspace,
+// which must exist. Returns the folder of the masks that fit the workspace's images: lsmvs/masks;
 // options.mask_folder as it is if the entry is no project's; empty if there are no masks. What
 // lies outside of the photo is masked. Masks of the size of the undistorted image, where that
 // differs from the photo's, are taken as they are. Nothing is done when model, masks and photos are

@@ -59,8 +59,9 @@ void CheckContrast(const Scene& scene, const ImageStore& images, const RunContex
                          scene.views[v].name, ranges[v].low, ranges[v].high);
   }
   if (num_flat == 0) return;
-  const std::string what = fmt::format("{} of {} photos have no contrast: {}{}", num_flat,
-                                       ranges.size(), names, num_flat > kNamesListed ? ", ..." : "");
+  const std::string what =
+      fmt::format("{} of {} photos have no contrast: {}{}", num_flat, ranges.size(), names,
+                  num_flat > kNamesListed ? ", ..." : "");
   if (num_flat == ranges.size()) {
     throw InputError(scene.image_folder, what, "export the photos again with their full range");
   }

@@ -170,11 +170,8 @@ struct SurfaceEvaluator::State {
   }
 
   void SetUnit(double true_diagonal) {
-    if (options.unit == DistanceUnit::kWorld) {
-      unit = 1;
-    } else {
-      unit = gsd > 0 ? gsd : true_diagonal / 1000;
-    }
+    gsd_or_guess = gsd > 0 ? gsd : true_diagonal / 1000;
+    unit = options.unit == DistanceUnit::kWorld ? 1 : gsd_or_guess;
   }
 
   Points Draw(const TriangleMesh& mesh, const RunContext& context) const {
@@ -183,7 +180,7 @@ struct SurfaceEvaluator::State {
   Points DrawReconstruction(const TriangleMesh& mesh, const RunContext& context) const {
     if (!mesh.faces.empty()) return Draw(mesh, context);
     TriangleMesh thinned;
-    thinned.vertices = OnePointPerVoxel(mesh.vertices, kVoxelSize * (gsd > 0 ? gsd : unit), seed);
+    thinned.vertices = OnePointPerVoxel(mesh.vertices, kVoxelSize * gsd_or_guess, seed);
     return Draw(thinned, context);
   }
   Points Seen(const Points& points, const MeshTracer* occluder, const RunContext& context) const {
@@ -213,7 +210,7 @@ struct SurfaceEvaluator::State {
   std::unique_ptr<ClosestPoints> true_cloud;
   Points true_points;  // seen
   size_t num_drawn = 0;
-  double gsd = 0, unit = 1;
+  double gsd = 0, gsd_or_guess = 0, unit = 1;
 };
 
 SurfaceEvaluator::SurfaceEvaluator(const TriangleMesh& truth, const std::vector<View>& views,

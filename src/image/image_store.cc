@@ -45,10 +45,17 @@ cv::Mat Decode(const std::string& path, int flags) {
   return image;
 }
 
+bool HasFloats(const std::string& path) {
+  const std::optional<ImageFileInfo> info =
+      std::filesystem::is_regular_file(path) ? InspectImageFile(path) : std::nullopt;
+  return info && info->bits_per_channel > 16;
+}
+
 // With the depth of the file; `flags` say whether in grey or in colours. The decoder of floats
 // converts neither to grey nor to colours.
 cv::Mat DecodeDeep(const std::string& path, int flags) {
-  cv::Mat image = TryDecode(path, flags | cv::IMREAD_ANYDEPTH);
+  cv::Mat image;
+  if (!HasFloats(path)) image = TryDecode(path, flags | cv::IMREAD_ANYDEPTH);
   const int num_channels = flags == cv::IMREAD_GRAYSCALE ? 1 : 3;
   if (image.channels() == num_channels && !image.empty()) return image;
   image = Decode(path, cv::IMREAD_UNCHANGED);
@@ -98,28 +105,42 @@ std::shared_ptr<Raster<T>> ToRaster(const cv::Mat& image) {
   return raster;
 }
 
-// `white()` is the value that becomes 255 in images of more than 8 bits.
-template <class White>
+// Values of more than 8 bits as 0 to 255, in floats.
+template <class Range>
+cv::Mat Scaled(cv::Mat image, const Range& range) {
+  image.convertTo(image, CV_32F);
+  cv::patchNaNs(image, range.black);
+  const double scale = 255.0 / (range.white - range.black);
+  image.convertTo(image, CV_32F, scale, -range.black * scale);
+  cv::min(image, 255.0, image);
+  cv::max(image, 0.0, image);
+  return image;
+}
+
+// `find_range()` gives the range of images of more than 8 bits.
+template <class FindRange>
 std::shared_ptr<GrayImage> LoadGray(const ImageSource& source, const PinholeCamera& camera,
-                                    const White& white) {
+                                    const FindRange& find_range) {
   if (source.is_missing) return std::make_shared<GrayImage>(camera.width, camera.height, 0.0f);
-  const cv::Mat image = DecodeOfSize(source.path, cv::IMREAD_GRAYSCALE, source.camera, kOtherPhoto);
+  cv::Mat gray = DecodeOfSize(source.path, cv::IMREAD_GRAYSCALE, source.camera, kOtherPhoto);
   // As float before reducing: 8-bit rounding of the reduced image would add noise of 0.3 grey
   // levels.
-  cv::Mat gray;
-  image.convertTo(gray, CV_32F, image.depth() == CV_8U ? 1.0 : 255.0 / white());
-  if (image.depth() == CV_32F) cv::patchNaNs(gray);
+  if (gray.depth() == CV_8U) {
+    gray.convertTo(gray, CV_32F);
+  } else {
+    gray = Scaled(gray, find_range());
+  }
   return ToRaster<float>(ResizeTo(gray, camera));
 }
 
-template <class White>
+template <class FindRange>
 std::shared_ptr<ColorImage> LoadColors(const ImageSource& source, const PinholeCamera& camera,
-                                       const White& white) {
+                                       const FindRange& find_range) {
   if (source.is_missing) {
     return std::make_shared<ColorImage>(camera.width, camera.height, Color(0, 0, 0));
   }
   cv::Mat image = DecodeOfSize(source.path, cv::IMREAD_COLOR, source.camera, kOtherPhoto);
-  if (image.depth() != CV_8U) image.convertTo(image, CV_8U, 255.0 / white());
+  if (image.depth() != CV_8U) Scaled(image, find_range()).convertTo(image, CV_8U);
   cv::Mat rgb;
   cv::cvtColor(ResizeTo(image, camera), rgb, cv::COLOR_BGR2RGB);
   return ToRaster<Color>(rgb);
@@ -161,24 +182,56 @@ std::shared_ptr<ByteImage> LoadMask(const ImageSource& source, const PinholeCame
   return ToRaster<uint8_t>(reduced);
 }
 
-// Largest value of an image of more than 8 bits; 0 if it has 8 or cannot be read, which whoever
-// needs its pixels will say.
-double LargestDeepValue(const ImageSource& source) {
-  if (source.is_missing) return 0;
+// Values of images of more than 8 bits; none if `largest` is 0. A few pixels may be dead: `low` and
+// `high` leave out one in a thousand at each end.
+struct DeepValues {
+  double low = 0, high = 0, largest = 0;
+  bool is_float = false;
+
+  void Add(const DeepValues& other) {
+    if (!(other.largest > 0)) return;
+    low = largest > 0 ? std::min(low, other.low) : other.low;
+    high = std::max(high, other.high);
+    largest = std::max(largest, other.largest);
+    is_float |= other.is_float;
+  }
+  // What a camera of so many bits, or a program that writes floats, calls white.
+  double White() const {
+    if (is_float) return std::max(1.0, largest);
+    return std::exp2(std::ceil(std::log2(std::max(largest, 255.0) + 1))) - 1;
+  }
+};
+
+DeepValues MeasureDeepValues(cv::Mat image) {
+  DeepValues values;
+  values.is_float = image.depth() == CV_32F || image.depth() == CV_64F;
+  image.convertTo(image, CV_32F);
+  cv::patchNaNs(image);
+  cv::minMaxLoc(image, nullptr, &values.largest);
+  std::vector<float> sample;
+  constexpr size_t kMaxSamples = 100'000;
+  const size_t stride = image.total() / kMaxSamples + 1;
+  for (size_t i = 0; i < image.total(); i += stride) {
+    sample.push_back(image.at<float>(static_cast<int>(i / static_cast<size_t>(image.cols)),
+                                     static_cast<int>(i % static_cast<size_t>(image.cols))));
+  }
+  std::sort(sample.begin(), sample.end());
+  const size_t cut = sample.size() / 1000;
+  values.low = sample[cut];
+  values.high = sample[sample.size() - 1 - cut];
+  return values;
+}
+
+// Of an image that cannot be read none, which whoever needs its pixels will say.
+DeepValues DeepValuesOf(const ImageSource& source) {
+  if (source.is_missing) return {};
   try {
     const std::optional<ImageFileInfo> info = InspectImageFile(source.path);
-    if (info && info->bits_per_channel <= 8) return 0;
-    cv::Mat image = DecodeDeep(source.path, cv::IMREAD_GRAYSCALE);
-    if (image.depth() == CV_8U) return 0;
-    if (image.depth() == CV_32F) cv::patchNaNs(image);
-    double largest = 0;
-    cv::minMaxLoc(image, nullptr, &largest);
-    constexpr double kMaxFloatWhite = 1;
-    return image.depth() == CV_16U
-               ? std::exp2(std::ceil(std::log2(std::max(largest, 255.0) + 1))) - 1
-               : std::max(kMaxFloatWhite, largest);
+    if (info && info->bits_per_channel <= 8) return {};
+    const cv::Mat image = DecodeDeep(source.path, cv::IMREAD_GRAYSCALE);
+    return image.depth() == CV_8U ? DeepValues() : MeasureDeepValues(image);
   } catch (const InputError&) {
-    return 0;
+    return {};
   }
 }
 
@@ -270,17 +323,22 @@ struct ImageStore::Cache {
   std::list<Key> order;  // most recently used first
   size_t held = 0;
 
-  std::once_flag white_is_known;
-  double white = 255;
+  std::once_flag range_is_known;
+  DeepRange range;
 };
 
-double ImageStore::White() const {
-  std::call_once(cache_->white_is_known, [&] {
-    double white = 0;
-    for (const ImageSource& source : sources_) white = std::max(white, LargestDeepValue(source));
-    if (white > 0) cache_->white = white;
+ImageStore::DeepRange ImageStore::FindDeepRange() const {
+  std::call_once(cache_->range_is_known, [&] {
+    constexpr double kSmallPart = 1.0 / 8, kMargin = 0.05;
+    DeepValues values;
+    for (const ImageSource& source : sources_) values.Add(DeepValuesOf(source));
+    if (!(values.largest > 0)) return;
+    cache_->range = {0, values.White()};
+    const double spread = values.high - values.low;
+    if (!(spread > 0) || spread > kSmallPart * values.White()) return;
+    cache_->range = {values.low - kMargin * spread, values.high + kMargin * spread};
   });
-  return cache_->white;
+  return cache_->range;
 }
 
 ImageStore::ImageStore(std::vector<ImageSource> sources, const ImageStoreOptions& options)
@@ -297,13 +355,13 @@ PinholeCamera ImageStore::Camera(int view_idx, int level) const {
 
 std::shared_ptr<const GrayImage> ImageStore::Gray(int view_idx, int level) const {
   return cache_->Get<GrayImage>({view_idx, level, Kind::kGray}, [&] {
-    return LoadGray(source(view_idx), Camera(view_idx, level), [&] { return White(); });
+    return LoadGray(source(view_idx), Camera(view_idx, level), [&] { return FindDeepRange(); });
   });
 }
 
 std::shared_ptr<const ColorImage> ImageStore::Colors(int view_idx, int level) const {
   return cache_->Get<ColorImage>({view_idx, level, Kind::kColor}, [&] {
-    return LoadColors(source(view_idx), Camera(view_idx, level), [&] { return White(); });
+    return LoadColors(source(view_idx), Camera(view_idx, level), [&] { return FindDeepRange(); });
   });
 }
 

@@ -35,8 +35,9 @@ struct ImageStoreOptions {
 // 2^l (area averaged), for l >= 0. Thread-safe; two threads that ask for the same image at once
 // decode it once. Colours are decoded as stored; grey = 0.299 R + 0.587 G + 0.114 B, in [0, 255], 4
 // bytes a pixel. Images of 16 bits or of floats keep their precision in grey; what is 255 there is
-// the same for all images of the store: the least 2^n - 1 (n >= 8) that none exceeds for 16 bits,
-// 1 or the largest value for floats. To find it, all such images are decoded once. Throws
+// the same for all images of the store: the least 2^n - 1 (n >= 8) that none exceeds for 16 bits, 1
+// or the largest value for floats; 0 stays 0, unless all values lie within an eighth of that range
+// (thermal cameras), which is stretched then. To find it, all such images are decoded once. Throws
 // InputError if a file is missing, cannot be decoded or has another size than its camera.
 class ImageStore {
  public:
@@ -68,8 +69,11 @@ class ImageStore {
  private:
   struct Cache;
 
-  // Of images of more than 8 bits.
-  double White() const;
+  // Of images of more than 8 bits: the values that become 0 and 255.
+  struct DeepRange {
+    double black = 0, white = 255;
+  };
+  DeepRange FindDeepRange() const;
 
   std::vector<ImageSource> sources_;
   ImageStoreOptions options_;

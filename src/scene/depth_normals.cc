@@ -35,8 +35,7 @@ Eigen::Vector3d FitInverseDepth(const Raster<float>& depth, const PinholeCamera&
   if (count < kMinSamples || sums.determinant() < kMinDeterminant) return Eigen::Vector3d::Zero();
   const Eigen::Vector3d fit = sums.ldlt().solve(values);
   const double a = fit.x() * camera.fx, b = fit.y() * camera.fy;
-  const Eigen::Vector3d ray =
-      camera.Ray(Eigen::Vector2d(column + sample_px, row + sample_px));
+  const Eigen::Vector3d ray = camera.Ray(Eigen::Vector2d(column + sample_px, row + sample_px));
   return {a, b, fit.z() - a * ray.x() - b * ray.y()};
 }
 

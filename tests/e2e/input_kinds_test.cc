@@ -32,15 +32,15 @@ TEST(InputKinds, OptionsOfColmapsThatHaveNoMeaningGiveOneWarning) {
   const SmallWorkspace workspace;
   const ProgramResult result = RunProgram(
       "lsmvs", {"patch_match_stereo", "--workspace_path", workspace.text(), "--workspace_format",
-                "COLMAP", "--PatchMatchStereo.gpu_index", "0", "--PatchMatchStereo.cache_size", "32",
-                "--PatchMatchStereo.geom_consistency", "true"});
+                "COLMAP", "--PatchMatchStereo.gpu_index", "0", "--PatchMatchStereo.cache_size",
+                "32", "--PatchMatchStereo.geom_consistency", "true"});
   ExpectSuccess(result);
   EXPECT_THAT(result.err, HasSubstr("--PatchMatchStereo.cache_size, --PatchMatchStereo.gpu_index "
                                     "have no meaning here and are ignored"));
   EXPECT_EQ(CountOccurrences(result.err, "no meaning"), 1u);
-  ExpectSuccess(RunProgram("lsmvs", {"stereo_fusion", "--workspace_path", workspace.text(),
-                                     "--output_path", (workspace / "fused.ply").string(),
-                                     "--StereoFusion.use_cache", "1"}));
+  ExpectSuccess(
+      RunProgram("lsmvs", {"stereo_fusion", "--workspace_path", workspace.text(), "--output_path",
+                           (workspace / "fused.ply").string(), "--StereoFusion.use_cache", "1"}));
 }
 
 // As `colmap project_generator` writes it: options of all commands, -1 where COLMAP decides.

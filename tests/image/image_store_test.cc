@@ -120,6 +120,20 @@ TEST_F(ImageStoreTest, FloatsRunFromZeroToOneOrToTheLargest) {
   }
 }
 
+// Thermal cameras write absolute temperatures: a small range far above 0.
+TEST_F(ImageStoreTest, ASmallRangeFarAboveZeroIsStretched) {
+  cv::Mat cold(20, 100, CV_16UC1), warm(20, 100, CV_16UC1);
+  for (int x = 0; x < 100; ++x) {
+    cold.col(x).setTo(29000 + 5 * x);
+    warm.col(x).setTo(29500 + 5 * x);
+  }
+  const ImageStore store({SaveMat("c.tif", cold), SaveMat("w.tif", warm)}, {});
+  EXPECT_LT((*store.Gray(0, 0))(0, 3), 15);
+  EXPECT_GT((*store.Gray(1, 0))(99, 3), 240);
+  // The same temperature is the same grey in both.
+  EXPECT_NEAR((*store.Gray(0, 0))(99, 3) + 1.2, (*store.Gray(1, 0))(0, 3), 0.3);
+}
+
 TEST_F(ImageStoreTest, AlphaOfZeroIsMasked) {
   cv::Mat image(4, 8, CV_8UC4, cv::Scalar(10, 20, 30, 255));
   image(cv::Rect(0, 0, 3, 4)).setTo(cv::Scalar(10, 20, 30, 0));

@@ -26,7 +26,8 @@ std::vector<int> ViewsOf(const std::vector<Neighbor>& neighbors) {
 }
 
 std::vector<std::vector<Neighbor>> Apply(const Scene& scene, const std::vector<SourceRule>& rules) {
-  std::vector<std::vector<Neighbor>> neighbors(scene.views.size(), {{3, 2.0, 5, 9}, {1, 1.0, 5, 9}});
+  std::vector<std::vector<Neighbor>> neighbors(scene.views.size(),
+                                               {{3, 2.0, 5, 9}, {1, 1.0, 5, 9}});
   neighbors[3] = {{0, 2.0, 5, 9}};
   ApplySourceRules(scene, rules, &neighbors);
   return neighbors;
