@@ -38,6 +38,8 @@ TEST(InputKinds, OptionsOfColmapsThatHaveNoMeaningGiveOneWarning) {
   EXPECT_THAT(result.err, HasSubstr("--PatchMatchStereo.cache_size, --PatchMatchStereo.gpu_index "
                                     "have no meaning here and are ignored"));
   EXPECT_EQ(CountOccurrences(result.err, "no meaning"), 1u);
+  EXPECT_THAT(RunProgram("lsmvs", {"patch_match_stereo", "--help"}).out,
+              HasSubstr("--PatchMatchStereo.gpu_index"));
   ExpectSuccess(
       RunProgram("lsmvs", {"stereo_fusion", "--workspace_path", workspace.text(), "--output_path",
                            (workspace / "fused.ply").string(), "--StereoFusion.use_cache", "1"}));
