@@ -25,8 +25,8 @@ std::string MapFileName(const std::string& image_name, MapType type) {
 
 // Whether a folder's content allows dense work: images and a model.
 bool HasImagesAndModel(const fs::path& folder) {
-  return fs::is_directory(folder / "images") &&
-         IsSparseModelFolder(DenseWorkspace{folder}.SparseFolder());
+  const fs::path sparse = DenseWorkspace{folder}.SparseFolder();
+  return fs::is_directory(folder / "images") && sparse != folder && IsSparseModelFolder(sparse);
 }
 
 // Sub-folders whose names are numbers, as COLMAP counts models.
@@ -134,8 +134,9 @@ std::vector<WorkspaceEntry> Existing(const fs::path& folder) {
 
 fs::path DenseWorkspace::SparseFolder() const {
   const fs::path sparse = folder / "sparse";
-  const bool is_nested = !IsSparseModelFolder(sparse) && IsSparseModelFolder(sparse / "0");
-  return is_nested ? sparse / "0" : sparse;
+  if (IsSparseModelFolder(sparse)) return sparse;
+  if (IsSparseModelFolder(sparse / "0")) return sparse / "0";
+  return !fs::exists(sparse) && IsSparseModelFolder(folder) ? folder : sparse;
 }
 
 fs::path DenseWorkspace::DepthMapPath(const std::string& image_name, MapType type) const {
@@ -153,8 +154,9 @@ fs::path DenseWorkspace::VisibilityPath(const fs::path& fused_path) {
 }
 
 bool IsDenseWorkspace(const fs::path& folder) {
-  if (!HasImagesAndModel(folder)) return false;
   const DenseWorkspace workspace{folder};
+  const fs::path sparse = workspace.SparseFolder();
+  if (sparse == folder || !IsSparseModelFolder(sparse)) return false;
   if (fs::is_directory(workspace.StereoFolder())) return true;
   return IsSparseModelFolder(folder / "sparse") &&
          (fs::exists(workspace.FusedPath()) || fs::is_directory(workspace.RunFolder()));

@@ -18,8 +18,8 @@ std::string ToString(MapType type);
 struct DenseWorkspace {
   std::filesystem::path folder;
 
-  // The sparse model's folder: sparse/, or sparse/0 where only that holds a model. Looks at the
-  // disk.
+  // The sparse model's folder: sparse/, or sparse/0 where only that holds a model, or the folder
+  // itself where it holds a model and no sparse/. Looks at the disk.
   std::filesystem::path SparseFolder() const;
   std::filesystem::path ImageFolder() const { return folder / "images"; }
   std::filesystem::path ImagePath(const std::string& image_name) const {
@@ -48,8 +48,9 @@ struct DenseWorkspace {
   std::filesystem::path LogFolder() const { return RunFolder() / "logs"; }
 };
 
-// Whether `folder` holds images/, a sparse model and a sign of dense work: stereo/, fused.ply or
-// lsmvs/. Without such a sign the photos may still be distorted, and the folder is a project.
+// Whether `folder` holds a sparse model and a sign of dense work: stereo/, fused.ply or lsmvs/.
+// Without such a sign the photos may still be distorted, and the folder is a project. images/ need
+// not be there: a cloud can be meshed without.
 bool IsDenseWorkspace(const std::filesystem::path& folder);
 
 // A dense workspace that is there, or that can be made by undistorting a sparse model.

@@ -10,6 +10,7 @@
 #include <mutex>
 
 #include "lsmvs/colmap_adapter/binary_reader_internal.h"
+#include "lsmvs/scene/depth_normals.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
@@ -182,8 +183,9 @@ std::optional<Eigen::Vector2i> CompleteMapSize(const fs::path& path, int channel
 
 bool HasDepthMap(const DenseWorkspace& workspace, const View& view, MapType type) {
   const auto depth_size = CompleteMapSize(workspace.DepthMapPath(view.name, type), 1);
-  const auto normal_size =
-      CompleteMapSize(workspace.NormalMapPath(view.name, type), kNormalChannels);
+  const fs::path normal_path = workspace.NormalMapPath(view.name, type);
+  if (!fs::exists(normal_path)) return depth_size.has_value();
+  const auto normal_size = CompleteMapSize(normal_path, kNormalChannels);
   return depth_size && normal_size && *depth_size == *normal_size;
 }
 
@@ -202,8 +204,9 @@ DepthMap ReadDepthMap(const DenseWorkspace& workspace, const View& view, MapType
                        kRemedy);
     }
   } else {
-    map.normal =
-        Raster<Eigen::Vector3f>(map.depth.width, map.depth.height, Eigen::Vector3f::Zero());
+    constexpr double kPixelCorner = 0;
+    map.normal = NormalsFromDepth(map.depth, view.camera.Resized(map.depth.width, map.depth.height),
+                                  kPixelCorner);
   }
   MoveSamplesToPixelCenters(view.camera, &map);
   return map;

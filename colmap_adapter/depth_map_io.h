@@ -28,11 +28,11 @@ namespace lsmvs {
 // cut-off files). Reads the header only and compares with the file's size.
 std::optional<Eigen::Vector2i> CompleteMapSize(const std::filesystem::path& path, int channels);
 
-// Whether the view has a complete depth map and normal map of the type, of the same size.
+// Whether the view has a complete depth map of the type, and a normal map of the same size or none.
 bool HasDepthMap(const DenseWorkspace& workspace, const View& view, MapType type);
 
 // The maps of one view; a map smaller than the image has the camera view.camera.Resized(width,
-// height). The normal map may be missing: normals are zero then and no sample is moved. Depths that
+// height). The normal map may be missing: normals are derived from the depths then. Depths that
 // are not finite or not positive become 0, normals that are not finite or point away from the
 // camera become zero, the others get unit length. Throws InputError if the depth map is missing,
 // either is truncated or malformed, their sizes differ, or they are larger than the image.

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
+#include <set>
 
+#include "lsmvs/colmap_adapter/missing_images_internal.h"
 #include "lsmvs/colmap_adapter/sparse_model_io.h"
+#include "lsmvs/colmap_adapter/temporary_workspace_internal.h"
 #include "lsmvs/image/image_store.h"
 
 namespace lsmvs {
@@ -15,16 +17,50 @@ namespace {
 
 // image_undistorter goes on without an image that it cannot read, so what it gets and what it makes
 // is checked.
-void CheckPhotos(const SparseModel& model, const fs::path& image_folder) {
+std::set<std::string> FindMissing(const SparseModel& model, const fs::path& image_folder,
+                                  bool skip_missing) {
+  std::set<std::string> missing;
   for (const SparseModel::Image& image : model.images) {
-    if (fs::is_regular_file(image_folder / image.name)) continue;
-    throw InputError(
-        (image_folder / image.name).string(), "image file is missing",
-        "put it back, name the photos' folder with --image_path, or remove it from the model");
+    if (!fs::is_regular_file(image_folder / image.name)) missing.insert(image.name);
+  }
+  if (missing.empty()) return missing;
+  const MissingImages images(image_folder, {missing.begin(), missing.end()}, model.images.size());
+  if (!skip_missing || !images.LeavesEnough()) images.Throw();
+  images.Warn();
+  return missing;
+}
+
+void CheckEnough(const SparseModel& model, const fs::path& sparse_folder) {
+  if (model.images.empty()) {
+    throw InputError(sparse_folder.string(), "has no registered image",
+                     "check the output of `colmap mapper`: it could not place any photo");
+  }
+  if (model.images.size() == 1) {
+    throw InputError(sparse_folder.string(), "has one photo, and depth takes two at least",
+                     "remove this model, or take more photos of what it shows");
   }
 }
 
-void CheckUndistorted(const DenseWorkspace& workspace, const SparseModel& model,
+void RemoveImages(const std::set<std::string>& names, SparseModel* model) {
+  std::set<uint64_t> ids;
+  for (const SparseModel::Image& image : model->images) {
+    if (names.contains(image.name)) ids.insert(static_cast<uint64_t>(image.image_id));
+  }
+  std::erase_if(model->images, [&](const auto& image) { return names.contains(image.name); });
+  for (SparseModel::Point3d& point : model->points3d) {
+    std::erase_if(point.track, [&](const SparseModel::TrackElement& element) {
+      return ids.contains(static_cast<uint64_t>(element.image_id));
+    });
+  }
+  for (SparseModel::Frame& frame : model->frames) {
+    std::erase_if(frame.data, [&](const SparseModel::Frame::Data& data) {
+      return data.sensor.type == SparseModel::SensorType::kCamera && ids.contains(data.data_id);
+    });
+  }
+  std::erase_if(model->frames, [](const auto& frame) { return frame.data.empty(); });
+}
+
+void CheckUndistorted(const DenseWorkspace& workspace, size_t num_photos,
                       const fs::path& image_folder) {
   const SparseModel undistorted =
       ReadSparseModel(workspace.SparseFolder(), {.keep_points2d = false});
@@ -35,55 +71,18 @@ void CheckUndistorted(const DenseWorkspace& workspace, const SparseModel& model,
     }
     ReadImageSize(workspace.ImagePath(image.name).string());
   }
-  if (undistorted.images.size() != model.images.size()) {
-    throw InputError(image_folder.string(),
-                     fmt::format("only {} of {} photos were undistorted", undistorted.images.size(),
-                                 model.images.size()),
-                     "check that all can be opened as images");
+  if (undistorted.images.size() != num_photos) {
+    throw InputError(
+        image_folder.string(),
+        fmt::format("only {} of {} photos were undistorted", undistorted.images.size(), num_photos),
+        "check that all can be opened as images");
   }
 }
 
-void MakeFolder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw FileSystemError(folder.string(), "create the folder", error.value());
+// COLMAP's text reader takes a name to end at its first blank, and fails on references to nothing.
+bool NeedsCopyForColmap(const fs::path& sparse_folder, const SparseModel& model) {
+  return !model.warnings.empty() || !fs::exists(sparse_folder / "cameras.bin");
 }
-
-void RemoveFolder(const fs::path& folder) {
-  std::error_code error;
-  fs::remove_all(folder, error);
-  if (error) throw FileSystemError(folder.string(), "remove the folder", error.value());
-}
-
-void RenameFolder(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  fs::rename(from, to, error);
-  if (error) throw FileSystemError(to.string(), "put the workspace in place", error.value());
-}
-
-// Removes a folder when the work in it does not get to its end.
-class TemporaryWorkspace {
- public:
-  explicit TemporaryWorkspace(const fs::path& final_folder)
-      : final_folder_(final_folder),
-        folder_(final_folder.parent_path() /
-                fmt::format(".{}.lsmvs-tmp", final_folder.filename().string())) {
-    RemoveFolder(folder_);
-    MakeFolder(folder_);
-  }
-  ~TemporaryWorkspace() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-  TemporaryWorkspace(const TemporaryWorkspace&) = delete;
-  TemporaryWorkspace& operator=(const TemporaryWorkspace&) = delete;
-
-  const fs::path& folder() const { return folder_; }
-  void Keep() { RenameFolder(folder_, final_folder_); }
-
- private:
-  const fs::path final_folder_, folder_;
-};
 
 std::vector<std::string> UndistorterArguments(const WorkspaceEntry& entry,
                                               const PrepareWorkspaceOptions& options,
@@ -111,17 +110,26 @@ DenseWorkspace PrepareDenseWorkspace(const WorkspaceEntry& entry, const ColmapRu
                                      const RunContext& context) {
   if (entry.exists) return entry.workspace;
   const SparseModel model = ReadSparseModel(entry.sparse_folder, {.keep_points2d = false});
-  if (model.images.empty()) {
-    throw InputError(entry.sparse_folder.string(), "has no registered image",
-                     "check the output of `colmap mapper`: it could not place any photo");
-  }
-  CheckPhotos(model, entry.image_folder);
+  LogWarnings(model);
+  CheckEnough(model, entry.sparse_folder);
+  const std::set<std::string> missing =
+      FindMissing(model, entry.image_folder, options.skip_missing_images);
   const fs::path& folder = entry.workspace.folder;
   TemporaryWorkspace temporary(folder);
+  std::optional<TemporaryWorkspace> model_copy;
+  WorkspaceEntry source = entry;
+  if (!missing.empty() || NeedsCopyForColmap(entry.sparse_folder, model)) {
+    model_copy.emplace(folder.string() + "-sparse");
+    source.sparse_folder = model_copy->folder();
+    SparseModel copy = ReadSparseModel(entry.sparse_folder);
+    RemoveImages(missing, &copy);
+    WriteSparseModel(source.sparse_folder, copy);
+  }
   const fs::path log_path =
       folder.parent_path() / fmt::format("image_undistorter-{}.log", folder.filename().string());
-  runner.Run(UndistorterArguments(entry, options, temporary.folder()), log_path, context);
-  CheckUndistorted(DenseWorkspace{temporary.folder()}, model, entry.image_folder);
+  runner.Run(UndistorterArguments(source, options, temporary.folder()), log_path, context);
+  CheckUndistorted(DenseWorkspace{temporary.folder()}, model.images.size() - missing.size(),
+                   entry.image_folder);
   temporary.Keep();
   return entry.workspace;
 }

@@ -16,13 +16,17 @@ struct PrepareWorkspaceOptions {
   std::optional<int> max_image_size;
   // Photos of a project, if they do not lie in its images/.
   std::filesystem::path image_folder = {};
+  // Photos of the model that are missing are left out of the workspace instead of being an error.
+  bool skip_missing_images = false;
 };
 
 // Makes the workspace by `colmap image_undistorter`, unless it exists. The work goes on in a hidden
 // folder beside it, which is renamed when it is complete: a killed run leaves no half workspace,
-// and the next one starts over. COLMAP's output is kept beside the workspace in
-// image_undistorter-<its name>.log. Throws ExternalToolError if colmap is missing or fails,
-// CancelledError.
+// and the next one starts over. COLMAP is given a binary copy of a model that is text (its
+// text reader cuts names at blanks), refers to what is not there or loses images. COLMAP's output
+// is kept beside the workspace in image_undistorter-<its name>.log. Throws ExternalToolError if
+// colmap is missing or fails, CancelledError; InputError for a model of fewer than two photos
+// (nothing can be matched) and for missing photos.
 DenseWorkspace PrepareDenseWorkspace(const WorkspaceEntry& entry, const ColmapRunner& runner,
                                      const PrepareWorkspaceOptions& options,
                                      const RunContext& context);

@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "lsmvs/colmap_adapter/camera_model.h"
+#include "lsmvs/colmap_adapter/missing_images_internal.h"
 #include "lsmvs/colmap_adapter/sparse_model_io.h"
 #include "lsmvs/util/error.h"
 
@@ -29,6 +30,21 @@ constexpr double kExtentQuantile = 0.9;
                    camera.model_id == kEquirectangularModel
                        ? "cut perspective photos out of the panoramas and reconstruct from those"
                        : "undistort with `colmap image_undistorter`, or name the project folder");
+}
+
+// The first parameters of every perspective model are its focal lengths, one or two, and the
+// principal point; the models with one are these.
+bool HasOneFocalLength(const SparseModel::Camera& camera) {
+  const std::string_view name = FindCameraModel(camera.model_id)->name;
+  return name.starts_with("SIMPLE_") || name == "RADIAL" || name == "RADIAL_FISHEYE";
+}
+
+SparseModel::Camera WithoutDistortion(SparseModel::Camera camera) {
+  if (camera.model_id == kEquirectangularModel) return camera;
+  const bool one = HasOneFocalLength(camera);
+  camera.model_id = one ? kSimplePinholeModel : kPinholeModel;
+  camera.params.resize(one ? 3 : 4);
+  return camera;
 }
 
 PinholeCamera ToPinhole(const SparseModel::Camera& camera, const std::string& path) {
@@ -108,7 +124,8 @@ void ShiftWorld(const Eigen::Vector3d& offset, Scene* scene) {
   scene->world_offset = offset;
 }
 
-void AddViews(const SparseModel& model, const std::string& path, Scene* scene) {
+void AddViews(const SparseModel& model, const std::string& path, bool ignore_distortion,
+              Scene* scene) {
   std::unordered_map<uint32_t, const SparseModel::Camera*> cameras;
   for (const SparseModel::Camera& camera : model.cameras) {
     cameras[static_cast<uint32_t>(camera.camera_id)] = &camera;
@@ -116,8 +133,9 @@ void AddViews(const SparseModel& model, const std::string& path, Scene* scene) {
   for (const size_t i : RegisteredImageOrder(model)) {
     const SparseModel::Image& image = model.images[i];
     const SparseModel::Camera& camera = *cameras.at(static_cast<uint32_t>(image.camera_id));
-    scene->views.push_back(
-        {image.image_id, image.name, ToPinhole(camera, path), image.cam_from_world.ToRigid3()});
+    const PinholeCamera pinhole =
+        ToPinhole(ignore_distortion ? WithoutDistortion(camera) : camera, path);
+    scene->views.push_back({image.image_id, image.name, pinhole, image.cam_from_world.ToRigid3()});
   }
 }
 
@@ -139,25 +157,41 @@ void AddPoints(const SparseModel& model, Scene* scene) {
   }
 }
 
-void CheckImageFile(const DenseWorkspace& workspace, const View& view) {
-  const std::string path = workspace.ImagePath(view.name).string();
+void CheckSize(const std::string& path, const View& view, const char* remedy) {
   const Eigen::Vector2i size = ReadImageSize(path);
   if (size.x() == view.camera.width && size.y() == view.camera.height) return;
   throw InputError(path,
                    fmt::format("is {} x {} pixels, but its camera is {} x {}", size.x(), size.y(),
                                view.camera.width, view.camera.height),
-                   "use the images that the model was made from, or undistort again");
+                   remedy);
 }
 
-// One message for a folder with other photos, or none, instead of one about the first photo.
-void CheckHoldsImages(const DenseWorkspace& workspace, const Scene& scene) {
-  for (const View& view : scene.views) {
-    if (std::filesystem::exists(workspace.ImagePath(view.name))) return;
+// One message about all that are missing.
+void CheckMissing(const DenseWorkspace& workspace, bool skip_missing, Scene* scene) {
+  std::vector<std::string> missing;
+  for (View& view : scene->views) {
+    view.has_photo = std::filesystem::is_regular_file(workspace.ImagePath(view.name));
+    if (!view.has_photo) missing.push_back(view.name);
   }
-  throw InputError(workspace.ImageFolder().string(),
-                   fmt::format("holds none of the model's {} photos, such as {}", scene.num_views(),
-                               scene.views.front().name),
-                   "put them back, or undistort again with `colmap image_undistorter`");
+  if (missing.empty()) return;
+  const MissingImages images(workspace.ImageFolder(), missing, scene->views.size());
+  if (!skip_missing || !images.LeavesEnough()) images.Throw();
+  images.Warn();
+  for (SparsePoint& point : scene->points) {
+    std::erase_if(point.view_idxs,
+                  [&](int v) { return !scene->views[static_cast<size_t>(v)].has_photo; });
+  }
+}
+
+void CheckImages(const DenseWorkspace& workspace, const LoadSceneOptions& options, Scene* scene) {
+  CheckMissing(workspace, options.skip_missing_images, scene);
+  for (const View& view : scene->views) {
+    if (!view.has_photo) continue;
+    CheckSize(workspace.ImagePath(view.name).string(), view,
+              "use the images that the model was made from, or undistort again");
+    const std::string mask = MaskPath(options.mask_folder, view.name);
+    if (!mask.empty()) CheckSize(mask, view, "make the mask of its photo's size, or remove it");
+  }
 }
 
 void CheckFolder(const std::filesystem::path& folder, const char* what, const char* remedy) {
@@ -166,13 +200,14 @@ void CheckFolder(const std::filesystem::path& folder, const char* what, const ch
 
 }  // namespace
 
-Scene MakeScene(const SparseModel& model, const std::filesystem::path& model_path) {
+Scene MakeScene(const SparseModel& model, const std::filesystem::path& model_path,
+                bool ignore_distortion) {
   if (model.images.empty()) {
     throw InputError(model_path.string(), "has no registered image",
                      "check the output of `colmap mapper`: it could not place any photo");
   }
   Scene scene;
-  AddViews(model, model_path.string(), &scene);
+  AddViews(model, model_path.string(), ignore_distortion, &scene);
   AddPoints(model, &scene);
   const Eigen::Vector3d offset = ChooseWorldOffset(scene);
   if (!offset.isZero(0.0)) ShiftWorld(offset, &scene);
@@ -181,18 +216,19 @@ Scene MakeScene(const SparseModel& model, const std::filesystem::path& model_pat
 
 Scene LoadScene(const DenseWorkspace& workspace, const LoadSceneOptions& options) {
   const std::filesystem::path sparse_folder = workspace.SparseFolder();
-  Scene scene = MakeScene(ReadSparseModel(sparse_folder, {.keep_points2d = false}), sparse_folder);
+  const SparseModel model = ReadSparseModel(sparse_folder, {.keep_points2d = false});
+  LogWarnings(model);
+  Scene scene = MakeScene(model, sparse_folder, options.ignore_distortion);
   scene.image_folder = workspace.ImageFolder().string();
   scene.mask_folder = options.mask_folder;
+  scene.alpha_is_mask = options.alpha_is_mask;
+  if (!options.check_images) return scene;
   CheckFolder(workspace.ImageFolder(), "the folder of the images is missing",
               "undistort again with `colmap image_undistorter`");
   if (!options.mask_folder.empty()) {
     CheckFolder(options.mask_folder, "the folder of the masks is missing", "correct --mask_path");
   }
-  if (options.check_images) {
-    CheckHoldsImages(workspace, scene);
-    for (const View& view : scene.views) CheckImageFile(workspace, view);
-  }
+  CheckImages(workspace, options, &scene);
   return scene;
 }
 

@@ -20,10 +20,10 @@ enum class Point3dId : uint64_t {};
 enum class RigId : uint32_t {};
 enum class FrameId : uint32_t {};
 
-// What COLMAP calls a reconstruction, as its files say it: nothing is converted, sorted or dropped,
-// so that reading and writing again gives the same model (and for binary files of the same version,
-// the same bytes). The order of every list is that of the file. See scene_loader.h for the way from
-// here to a Scene.
+// What COLMAP calls a reconstruction, as its files say it: nothing is converted, sorted or dropped
+// (but for references to nothing, see `warnings`), so that reading and writing again gives the same
+// model (and for binary files of the same version, the same bytes). The order of every list is that
+// of the file. See scene_loader.h for the way from here to a Scene.
 struct SparseModel {
   // A rotation as the unit quaternion in the file and a translation.
   struct Pose {
@@ -109,6 +109,8 @@ struct SparseModel {
   std::vector<Point3d> points3d;
   std::vector<Rig> rigs;      // empty before COLMAP 3.12
   std::vector<Frame> frames;  // empty before COLMAP 3.12
+  // What the reader left out of an inconsistent file, one sentence each, to be told to the user.
+  std::vector<std::string> warnings;
 };
 
 // Positions in model.images, in the order of COLMAP's list of registered images, which is what the

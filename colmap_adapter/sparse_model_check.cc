@@ -88,19 +88,6 @@ class Checker {
       const uint64_t id = Number(point.point3d_id);
       if (!ids.insert(id).second) Fail(fmt::format("has two points {}", id));
       if (!point.x_in_world.allFinite()) Fail(fmt::format("point {} is not finite", id));
-      for (const SparseModel::TrackElement& element : point.track) CheckTrack(id, element);
-    }
-  }
-
-  void CheckTrack(uint64_t point_id, const SparseModel::TrackElement& element) const {
-    const uint64_t image_id = Number(element.image_id);
-    const auto image = images_.find(image_id);
-    if (image == images_.end()) {
-      Fail(fmt::format("point {} refers to the missing image {}", point_id, image_id));
-    }
-    if (element.point2d_idx >= image->second->num_points2d) {
-      Fail(fmt::format("point {} refers to feature {} of image {}, which has {}", point_id,
-                       element.point2d_idx, image_id, image->second->num_points2d));
     }
   }
 
@@ -151,6 +138,52 @@ class Checker {
 };
 
 }  // namespace
+
+namespace {
+
+using ImagesById = std::unordered_map<uint64_t, const SparseModel::Image*>;
+
+bool RefersToFeature(const SparseModel::TrackElement& element, const ImagesById& images) {
+  const auto image = images.find(Number(element.image_id));
+  return image != images.end() && element.point2d_idx < image->second->num_points2d;
+}
+
+// Number of elements dropped.
+size_t DropElements(const ImagesById& images, SparseModel* model) {
+  size_t num_dropped = 0;
+  for (SparseModel::Point3d& point : model->points3d) {
+    num_dropped += std::erase_if(point.track, [&](const SparseModel::TrackElement& element) {
+      return !RefersToFeature(element, images);
+    });
+  }
+  return num_dropped;
+}
+
+void DropReferencesToMissingPoints(SparseModel* model) {
+  std::unordered_set<uint64_t> ids;
+  for (const SparseModel::Point3d& point : model->points3d) ids.insert(Number(point.point3d_id));
+  for (SparseModel::Image& image : model->images) {
+    for (SparseModel::Point2d& point : image.points2d) {
+      if (!ids.contains(Number(point.point3d_id))) point.point3d_id = SparseModel::kNoPoint3d;
+    }
+  }
+}
+
+}  // namespace
+
+void internal::DropDanglingTracks(const std::filesystem::path& path, SparseModel* model) {
+  ImagesById images;
+  for (const SparseModel::Image& image : model->images) images[Number(image.image_id)] = &image;
+  size_t num_elements = 0;
+  for (const SparseModel::Point3d& point : model->points3d) num_elements += point.track.size();
+  const size_t num_dropped = DropElements(images, model);
+  DropReferencesToMissingPoints(model);
+  if (num_dropped == 0) return;
+  model->warnings.push_back(
+      fmt::format("{}: {} of the {} observations of its points name an image or a feature that is "
+                  "not there; they are left out",
+                  path.string(), num_dropped, num_elements));
+}
 
 void CheckSparseModel(const SparseModel& model, const std::filesystem::path& path) {
   Checker(model, path).Run();

@@ -18,6 +18,9 @@ struct FileNames {
   FileNames(const std::filesystem::path& folder, SparseFormat format);
 };
 
+// Drops what ReadSparseModel says that it drops, and says so in model->warnings.
+void DropDanglingTracks(const std::filesystem::path& path, SparseModel* model);
+
 void ReadCamerasBinary(const std::filesystem::path& path, SparseModel* model);
 void ReadImagesBinary(const std::filesystem::path& path, bool keep_points2d, SparseModel* model);
 void ReadPoints3dBinary(const std::filesystem::path& path, SparseModel* model);

@@ -1,6 +1,7 @@
 #include "lsmvs/colmap_adapter/sparse_model_io.h"
 
 #include <fmt/format.h>
+#include <glog/logging.h>
 
 #include <utility>
 
@@ -104,8 +105,13 @@ SparseModel ReadSparseModel(const std::filesystem::path& folder,
   }
   SparseModel model = HasModelFiles(binary) ? ReadBinary(binary, options.keep_points2d)
                                             : ReadText(text, options.keep_points2d);
+  internal::DropDanglingTracks(folder, &model);
   CheckSparseModel(model, folder);
   return model;
+}
+
+void LogWarnings(const SparseModel& model) {
+  for (const std::string& warning : model.warnings) LOG(WARNING) << warning;
 }
 
 void WriteSparseModel(const std::filesystem::path& folder, const SparseModel& model,

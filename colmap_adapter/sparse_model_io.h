@@ -23,8 +23,10 @@ std::string DescribeMissingModel(const std::filesystem::path& folder);
 // Reads the model of COLMAP 3.x or 4.x in `folder`: binary if it is there, else text; rigs and
 // frames if they are there. Throws InputError, with path and byte (binary) or line (text), for
 // whatever does not fit: missing files, truncation or surplus at any byte, unknown camera models,
-// numbers that are not finite, duplicate identifiers or names, images of missing cameras, tracks
-// and frames that name missing images. Memory never exceeds a small multiple of the files' sizes,
+// numbers that are not finite, duplicate identifiers or names, images of missing cameras, frames
+// that name missing images. Track elements that name an image or a feature that is not there, as
+// converters write them, are dropped, and so are references of features to missing points; one
+// sentence in `warnings` says how many. Memory never exceeds a small multiple of the files' sizes,
 // whatever the counts in them say. Models without points or without images are legal here.
 // O(bytes).
 SparseModel ReadSparseModel(const std::filesystem::path& folder,
@@ -35,6 +37,9 @@ SparseModel ReadSparseModel(const std::filesystem::path& folder,
 // FileSystemError if it cannot write.
 void WriteSparseModel(const std::filesystem::path& folder, const SparseModel& model,
                       SparseFormat format = SparseFormat::kBinary);
+
+// Logs what the reader had to leave out.
+void LogWarnings(const SparseModel& model);
 
 // Throws InputError(path, ...) for the first inconsistency that the readers' comment names. `path`
 // is for the message.

@@ -13,6 +13,8 @@ namespace lsmvs::internal {
 namespace {
 
 constexpr uint64_t kMaxId32 = std::numeric_limits<uint32_t>::max();
+constexpr const char* kTwoLinesRemedy =
+    "an image takes two lines; the second lists its features (x y point3D_id), or is empty";
 constexpr uint64_t kMaxId64 = std::numeric_limits<uint64_t>::max();
 
 template <class Id>
@@ -87,7 +89,11 @@ void ReadImagesText(const std::filesystem::path& path, bool keep_points2d, Spars
     image.name = reader.RestOfLine();
     if (image.name.empty() || image.name.size() > kMaxNameLength) reader.Fail("has no image name");
     // The second line may be empty, and the last one missing.
-    if (reader.NextLine()) ReadPoints2d(keep_points2d, &reader, &image);
+    if (reader.NextLine()) {
+      reader.SetRemedy(kTwoLinesRemedy);
+      ReadPoints2d(keep_points2d, &reader, &image);
+      reader.SetRemedy(kSparseRemedy);
+    }
     model->images.push_back(std::move(image));
   }
 }

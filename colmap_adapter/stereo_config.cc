@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
+#include <unordered_map>
+#include <unordered_set>
 
 #include "lsmvs/colmap_adapter/text_reader_internal.h"
 #include "lsmvs/util/atomic_file.h"
+#include "lsmvs/util/error.h"
 
 namespace lsmvs {
 
@@ -71,14 +75,85 @@ std::vector<PatchMatchProblem> ReadPatchMatchConfig(const std::filesystem::path&
   while (reader.NextContentLine()) {
     PatchMatchProblem problem;
     problem.reference_name = reader.RestOfLine();
+    problem.reference_line = reader.line_number();
     if (!reader.NextContentLine()) {
       reader.Fail(fmt::format("ends after '{}' without naming its source images",
                               problem.reference_name.substr(0, 60)));
     }
+    problem.source_line = reader.line_number();
     ParseSources(reader, &problem);
     problems.push_back(std::move(problem));
   }
   return problems;
+}
+
+bool AreColmapsDefault(const std::vector<PatchMatchProblem>& problems) {
+  const int default_count = PatchMatchProblem().max_num_sources;
+  return std::all_of(problems.begin(), problems.end(), [&](const PatchMatchProblem& problem) {
+    return problem.sources == PatchMatchProblem::Sources::kAuto &&
+           problem.max_num_sources == default_count;
+  });
+}
+
+namespace {
+
+class NameFinder {
+ public:
+  NameFinder(const Scene& scene, const std::filesystem::path& path) : path_(path.string()) {
+    for (int v = 0; v < scene.num_views(); ++v) {
+      view_of_name_[scene.views[static_cast<size_t>(v)].name] = v;
+    }
+  }
+
+  int Find(const std::string& name, uint64_t line) const {
+    const auto found = view_of_name_.find(name);
+    if (found != view_of_name_.end()) return found->second;
+    throw InputError(path_, fmt::format("line {}: the sparse model has no image '{}'", line, name),
+                     "correct the name, or remove the file to have sources chosen");
+  }
+
+ private:
+  const std::string path_;
+  std::unordered_map<std::string, int> view_of_name_;
+};
+
+SourceRule ToRule(const PatchMatchProblem& problem, const NameFinder& finder) {
+  SourceRule rule;
+  switch (problem.sources) {
+    case PatchMatchProblem::Sources::kAuto:
+      rule.max_count = problem.max_num_sources;
+      break;
+    case PatchMatchProblem::Sources::kAll:
+      rule.kind = SourceRule::Kind::kAll;
+      break;
+    case PatchMatchProblem::Sources::kListed:
+      rule.kind = SourceRule::Kind::kListed;
+      for (const std::string& name : problem.source_names) {
+        rule.view_idxs.push_back(finder.Find(name, problem.source_line));
+      }
+      break;
+  }
+  return rule;
+}
+
+}  // namespace
+
+std::vector<SourceRule> ToSourceRules(const std::vector<PatchMatchProblem>& problems,
+                                      const Scene& scene, const std::filesystem::path& path) {
+  const NameFinder finder(scene, path);
+  std::vector<SourceRule> rules(scene.views.size(), {SourceRule::Kind::kNone, 0, {}});
+  std::unordered_set<int> seen;
+  for (const PatchMatchProblem& problem : problems) {
+    const int view_idx = finder.Find(problem.reference_name, problem.reference_line);
+    if (!seen.insert(view_idx).second) {
+      throw InputError(path.string(),
+                       fmt::format("line {}: '{}' is a reference for the second time",
+                                   problem.reference_line, problem.reference_name),
+                       "keep one of them");
+    }
+    rules[static_cast<size_t>(view_idx)] = ToRule(problem, finder);
+  }
+  return rules;
 }
 
 void WritePatchMatchConfig(const std::filesystem::path& path,

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cmath>
+#include <type_traits>
 
 #include "lsmvs/colmap_adapter/text_reader_internal.h"
 #include "lsmvs/util/error.h"
@@ -18,6 +20,18 @@ bool Parse(std::string_view word, T* value) {
   const char* end = word.data() + word.size();
   const auto [last, error] = std::from_chars(word.data(), end, *value);
   return error == std::errc() && last == end;
+}
+
+// A whole number that is written as a decimal one: 1.000000e+00.
+template <class T>
+bool ParseWhole(std::string_view word, T* value) {
+  if (Parse(word, value)) return true;
+  constexpr double kMaxExact = 0x1p53;
+  double real = 0;
+  if (!Parse(word, &real) || real != std::floor(real) || std::abs(real) > kMaxExact) return false;
+  if (std::is_unsigned_v<T> && real < 0) return false;
+  *value = static_cast<T>(real);
+  return true;
 }
 
 std::string Quote(std::string_view text) {
@@ -41,7 +55,17 @@ void TextReader::Fail(const std::string& what) const {
 bool TextReader::NextLine() {
   next_ = 0;
   ++line_number_;
-  return static_cast<bool>(std::getline(file_, line_));
+  if (!std::getline(file_, line_)) return false;
+  if (line_number_ == 1) SkipByteOrderMark();
+  return true;
+}
+
+void TextReader::SkipByteOrderMark() {
+  constexpr std::string_view kUtf8 = "\xef\xbb\xbf", kUtf16 = "\xff\xfe", kUtf16Big = "\xfe\xff";
+  if (line_.starts_with(kUtf8)) next_ = kUtf8.size();
+  if (line_.starts_with(kUtf16) || line_.starts_with(kUtf16Big)) {
+    throw InputError(path_, "is UTF-16 text", "save it as UTF-8 or ASCII");
+  }
 }
 
 bool TextReader::NextContentLine() {
@@ -70,14 +94,21 @@ std::string_view TextReader::Word() {
 double TextReader::Double() {
   const std::string_view word = Word();
   double value = 0;
-  if (!Parse(word, &value)) Fail("has " + Quote(word) + " where a number should be");
+  if (!Parse(word, &value)) FailNumber(word);
   return value;
+}
+
+void TextReader::FailNumber(std::string_view word) const {
+  const std::string what = "has " + Quote(word) + " where a number should be";
+  if (word.find(',') == std::string_view::npos) Fail(what);
+  throw InputError(path_, fmt::format("line {}: {}", line_number_, what),
+                   "write a point instead of a comma before decimals (export with LC_ALL=C)");
 }
 
 uint64_t TextReader::Unsigned(uint64_t max) {
   const std::string_view word = Word();
   uint64_t value = 0;
-  if (!Parse(word, &value) || value > max) {
+  if (!ParseWhole(word, &value) || value > max) {
     Fail(fmt::format("has {} where a whole number of at most {} should be", Quote(word), max));
   }
   return value;
@@ -86,7 +117,8 @@ uint64_t TextReader::Unsigned(uint64_t max) {
 int64_t TextReader::Signed() {
   const std::string_view word = Word();
   int64_t value = 0;
-  if (!Parse(word, &value)) Fail("has " + Quote(word) + " where a whole number should be");
+  if (word == "18446744073709551615") return -1;
+  if (!ParseWhole(word, &value)) Fail("has " + Quote(word) + " where a whole number should be");
   return value;
 }
 

@@ -8,6 +8,7 @@
 #include "lsmvs/colmap_adapter/depth_map_io.h"
 #include "lsmvs/colmap_adapter/fused_cloud.h"
 #include "lsmvs/colmap_adapter/scene_keypoints.h"
+#include "lsmvs/colmap_adapter/stereo_config.h"
 
 namespace lsmvs {
 
@@ -28,8 +29,12 @@ fs::path FolderOf(const fs::path& path, const fs::path& relative) {
 
 class ColmapWorkspaceFiles : public WorkspaceFiles {
  public:
-  ColmapWorkspaceFiles(const DenseWorkspace& workspace, const fs::path& database)
-      : workspace_(workspace), database_(database) {}
+  ColmapWorkspaceFiles(const DenseWorkspace& workspace, const fs::path& database,
+                       const fs::path& sources)
+      : workspace_(workspace),
+        database_(database),
+        sources_(sources.empty() ? workspace.PatchMatchConfigPath() : sources),
+        must_have_sources_(!sources.empty()) {}
 
   std::vector<fs::path> ModelFiles() const override {
     const fs::path folder = workspace_.SparseFolder();
@@ -44,6 +49,14 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
   fs::path PointsFile() const override {
     return WithFormat(workspace_.SparseFolder() / "points3D");
   }
+
+  std::vector<SourceRule> ReadSourceRules(const Scene& scene) const override {
+    if (!must_have_sources_ && !fs::exists(sources_)) return {};
+    const std::vector<PatchMatchProblem> problems = ReadPatchMatchConfig(sources_);
+    if (AreColmapsDefault(problems)) return {};
+    return ToSourceRules(problems, scene, sources_);
+  }
+  fs::path SourceRulesFile() const override { return sources_; }
 
   std::array<fs::path, 2> DepthMapFiles(const View& view, DepthMapKind kind) const override {
     return {workspace_.DepthMapPath(view.name, TypeOf(kind)),
@@ -116,14 +129,16 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
   }
 
   DenseWorkspace workspace_;
-  fs::path database_;
+  fs::path database_, sources_;
+  bool must_have_sources_;
 };
 
 }  // namespace
 
 std::shared_ptr<const WorkspaceFiles> MakeColmapWorkspaceFiles(const DenseWorkspace& workspace,
-                                                               const fs::path& database) {
-  return std::make_shared<ColmapWorkspaceFiles>(workspace, database);
+                                                               const fs::path& database,
+                                                               const fs::path& sources) {
+  return std::make_shared<ColmapWorkspaceFiles>(workspace, database, sources);
 }
 
 }  // namespace lsmvs

@@ -9,8 +9,10 @@
 namespace lsmvs {
 
 // The files of a dense workspace in COLMAP's formats, for the pipeline. `database` holds features
-// that may join interest points; empty: none.
+// that may join interest points; empty: none. `sources` lists source images as patch-match.cfg
+// does; empty: the workspace's, if it is there.
 std::shared_ptr<const WorkspaceFiles> MakeColmapWorkspaceFiles(
-    const DenseWorkspace& workspace, const std::filesystem::path& database);
+    const DenseWorkspace& workspace, const std::filesystem::path& database,
+    const std::filesystem::path& sources = {});
 
 }  // namespace lsmvs

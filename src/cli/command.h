@@ -19,6 +19,9 @@ struct CommandInfo {
   std::vector<std::string> examples;  // whole command lines
   std::vector<std::string> required;  // names of options without which it cannot run
   std::string positional;  // name of the option that may be given without its name, or empty
+  // Options of COLMAP's counterpart that have no meaning here: taken with a value, and with one
+  // warning, so that people's scripts run.
+  std::vector<std::string> without_meaning = {};
 };
 
 // What a command runs with.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -15,8 +16,38 @@ namespace {
 
 // COLMAP's names of what we call otherwise.
 const std::map<std::string, std::string>& Synonyms() {
-  static const std::map<std::string, std::string> synonyms = {{"random_seed", "seed"}};
+  static const std::map<std::string, std::string> synonyms = {
+      {"random_seed", "seed"},
+      {"default_random_seed", "seed"},
+      {"PatchMatchStereo.num_threads", "num_threads"},
+      {"PatchMatchStereo.min_triangulation_angle", "ViewSelection.min_triangulation_angle"},
+      {"PatchMatchStereo.allow_missing_files", "skip_missing_images"},
+      {"StereoFusion.num_threads", "num_threads"},
+      {"DelaunayMeshing.num_threads", "num_threads"},
+      {"DelaunayMeshing.max_proj_dist", "VisibilityMeshing.max_proj_dist"},
+      {"DelaunayMeshing.max_depth_dist", "VisibilityMeshing.max_depth_dist"},
+      {"DelaunayMeshing.visibility_sigma", "VisibilityMeshing.visibility_sigma"},
+      {"DelaunayMeshing.distance_sigma_factor", "VisibilityMeshing.distance_sigma_factor"},
+      {"DelaunayMeshing.quality_regularization", "VisibilityMeshing.quality_regularization"},
+      {"DelaunayMeshing.max_side_length_factor", "VisibilityMeshing.max_side_length_factor"},
+      {"DelaunayMeshing.max_side_length_percentile",
+       "VisibilityMeshing.max_side_length_percentile"}};
   return synonyms;
+}
+
+// What COLMAP's project_generator writes for all commands, and few of ours have.
+bool IsCommonKeyOfColmap(const std::string& name) {
+  static const std::set<std::string> names = {
+      "database_path", "image_path", "log_to_stderr", "log_target",
+      "log_path",      "log_color",  "random_seed",   "default_random_seed"};
+  return names.contains(name);
+}
+
+// COLMAP writes -1 where it finds a value by itself.
+bool MeansDefault(const std::string& name, const std::string& text) {
+  static const std::set<std::string> names = {
+      "PatchMatchStereo.depth_min", "PatchMatchStereo.depth_max", "PatchMatchStereo.sigma_spatial"};
+  return names.contains(name) && (text == "-1" || text == "-1.0");
 }
 
 std::string Canonical(const std::string& name) {
@@ -39,6 +70,31 @@ std::string UnknownOption(const std::string& name, const OptionSet& options) {
 bool IsBoolText(const std::string& text) {
   static const std::set<std::string> texts = {"0", "1", "true", "false", "yes", "no", "on", "off"};
   return texts.contains(text);
+}
+
+bool IsIn(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// Leaves out options without meaning and their values, and puts their names into `found`.
+std::vector<std::string> LeaveOutMeaningless(const std::vector<std::string>& arguments,
+                                             const std::vector<std::string>& without_meaning,
+                                             std::set<std::string>* found) {
+  std::vector<std::string> kept;
+  for (size_t i = 0; i < arguments.size(); ++i) {
+    const std::string& argument = arguments[i];
+    const size_t equals = argument.find('=');
+    const bool is_long = argument.starts_with("--");
+    const std::string name = is_long ? argument.substr(2, equals - 2) : "";
+    if (!IsIn(without_meaning, name)) {
+      kept.push_back(argument);
+      continue;
+    }
+    found->insert(name);
+    const bool has_next = i + 1 < arguments.size() && !arguments[i + 1].starts_with("--");
+    if (equals == std::string::npos && has_next) ++i;
+  }
+  return kept;
 }
 
 // "--name value" as "--name=value", so that a value may start with '-' and a flag never swallows
@@ -101,6 +157,8 @@ std::vector<Assignment> KeepKnown(const std::vector<Assignment>& assignments,
       kept.emplace_back(name, text);
     } else if (!group.empty() && !groups.contains(group)) {
       ignored->insert(group);
+    } else if (IsCommonKeyOfColmap(name)) {
+      continue;
     } else {
       throw UsageError(UnknownOption(name, options) + " (from the ini file)");
     }
@@ -110,14 +168,16 @@ std::vector<Assignment> KeepKnown(const std::vector<Assignment>& assignments,
 
 void SetAll(const std::vector<Assignment>& assignments, const OptionSet& options, bool grouped) {
   for (const auto& [name, text] : assignments) {
-    if (HasGroup(name) == grouped) options.Find(Canonical(name))->set(text);
+    if (HasGroup(name) != grouped || MeansDefault(name, text)) continue;
+    options.Find(Canonical(name))->set(text);
   }
 }
 
 }  // namespace
 
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const OptionSet& options,
-                             const std::string& positional) {
+                             const std::string& positional,
+                             const std::vector<std::string>& without_meaning) {
   CommandLine line;
   CLI::App app;
   app.set_help_flag();
@@ -136,7 +196,8 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const Op
         ->take_last()
         ->expected(1);
   }
-  std::vector<std::string> reversed = JoinValues(arguments, options);
+  std::vector<std::string> reversed =
+      JoinValues(LeaveOutMeaningless(arguments, without_meaning, &line.without_meaning), options);
   std::reverse(reversed.begin(), reversed.end());
   try {
     app.parse(reversed);
@@ -158,6 +219,15 @@ std::vector<std::string> ApplyAssignments(const std::vector<Assignment>& ini_ass
     SetAll(line_assignments, options, grouped);
   }
   return {ignored.begin(), ignored.end()};
+}
+
+void TakeOutMeaningless(const std::vector<std::string>& without_meaning,
+                        std::vector<Assignment>* assignments, std::set<std::string>* names) {
+  std::erase_if(*assignments, [&](const Assignment& assignment) {
+    if (!IsIn(without_meaning, assignment.first)) return false;
+    names->insert(assignment.first);
+    return true;
+  });
 }
 
 }  // namespace lsmvs

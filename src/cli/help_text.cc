@@ -116,6 +116,10 @@ std::string CommandHelp(const std::string& program, const CommandInfo& info,
   for (const std::string& group : GroupsInOrder(own_options)) {
     text += GroupHelp(group, own_options, group, {});
   }
+  if (!info.without_meaning.empty()) {
+    text += fmt::format("\nTaken from COLMAP's scripts, with a warning, and without effect:\n{}",
+                        Wrap(fmt::format("--{}", fmt::join(info.without_meaning, " --")), 2));
+  }
   return text + ExitCodeHelp();
 }
 

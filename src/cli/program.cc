@@ -8,6 +8,7 @@
 #include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
+#include <set>
 
 #include "lsmvs/cli/command_line.h"
 #include "lsmvs/cli/common_options.h"
@@ -70,9 +71,17 @@ void CheckAll(const CommandInfo& info, const OptionSet& options) {
 }
 
 void WarnOfIgnored(const std::vector<std::string>& groups) {
-  for (const std::string& group : groups) {
-    LOG(WARNING) << "the ini file's section [" << group << "] is not used by this command";
-  }
+  if (groups.empty()) return;
+  LOG(WARNING) << fmt::format("the ini file's {} [{}] {} not used by this command",
+                              groups.size() == 1 ? "section" : "sections",
+                              fmt::join(groups, "], ["), groups.size() == 1 ? "is" : "are");
+}
+
+void WarnOfMeaningless(const std::set<std::string>& names) {
+  if (names.empty()) return;
+  LOG(WARNING) << fmt::format("{} {} no meaning here and {} ignored",
+                              "--" + fmt::format("{}", fmt::join(names, ", --")),
+                              names.size() == 1 ? "has" : "have", names.size() == 1 ? "is" : "are");
 }
 
 void RunWithOptions(const CommonOptions& common, Command* command) {
@@ -97,7 +106,8 @@ void ParseAndRun(const std::string& program, Command* command,
   command->Describe(&all_options);
   common.Describe(&all_options);
   const CommandInfo info = command->Info();
-  const CommandLine line = ParseCommandLine(arguments, all_options, info.positional);
+  CommandLine line =
+      ParseCommandLine(arguments, all_options, info.positional, info.without_meaning);
   if (line.help) {
     fmt::print("{}", CommandHelp(program, info, own_options, common_options));
     return;
@@ -111,10 +121,12 @@ void ParseAndRun(const std::string& program, Command* command,
   }
   std::vector<Assignment> ini;
   if (!common.project_path.empty()) ini = ReadIniFile(common.project_path);
+  TakeOutMeaningless(info.without_meaning, &ini, &line.without_meaning);
   const std::vector<std::string> ignored =
       ApplyAssignments(ini, line.assignments, all_options, [&] { command->ApplyPresets(); });
   SetUpLibraries(common.log_level);
   WarnOfIgnored(ignored);
+  WarnOfMeaningless(line.without_meaning);
   CheckAll(info, all_options);
   RunWithOptions(common, command);
 }

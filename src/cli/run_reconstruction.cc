@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "lsmvs/cli/check_contrast.h"
 #include "lsmvs/cli/colmap_workspace.h"
 #include "lsmvs/cli/common_options.h"
 #include "lsmvs/cli/help_text.h"
@@ -74,18 +75,41 @@ void WarnWithoutMasks(const Reconstruction& reconstruction) {
                << ".png";
 }
 
+// What the user should know of the photos before the plan.
+std::string PhotoNotes(const Reconstruction& reconstruction) {
+  const int num_views = reconstruction.scene.num_views();
+  int num_alpha = 0;
+  for (int i = 0; i < num_views; ++i) num_alpha += reconstruction.images->source(i).alpha_is_mask;
+  if (num_alpha == 0) return "";
+  return fmt::format(
+      "{} of {} photos have an alpha channel: transparent pixels are not used (--alpha_mask 0 uses "
+      "them)\n",
+      num_alpha, num_views);
+}
+
+bool Matches(const RunPlan& plan) {
+  return std::any_of(plan.stages.begin(), plan.stages.end(), [](const PlannedStage& stage) {
+    return stage.num_run > 0 && (stage.name == kStereoStage || stage.name == kQuasiDenseStage);
+  });
+}
+
 }  // namespace
 
 ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const StageOptions& stage,
                                      const ReconstructionOptions& options,
-                                     const CommandContext& context) {
+                                     const CommandContext& context, PhotoUse photos) {
   LoadSceneOptions load;
   load.mask_folder = stage.mask_path;
+  load.alpha_is_mask = stage.alpha_is_mask;
+  load.skip_missing_images = stage.skip_missing_images;
+  load.check_images = photos == PhotoUse::kPixels;
+  load.ignore_distortion = photos == PhotoUse::kNoCamera;
   ReconstructionOptions seeded = options;
   seeded.seed = context.run.seed;
   ReconstructionPtr reconstruction = MakeReconstruction(
-      LoadScene(workspace, load), MakeColmapWorkspaceFiles(workspace, stage.Database(workspace)),
-      seeded, context.run);
+      LoadScene(workspace, load),
+      MakeColmapWorkspaceFiles(workspace, stage.Database(workspace), stage.sources_path), seeded,
+      context.run);
   WarnWithoutMasks(*reconstruction);
   return reconstruction;
 }
@@ -95,8 +119,9 @@ void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstru
   RunStore store(workspace.folder, VersionLine());
   const RunPlan plan = PlanRun(tasks, {overwrite}, &store);
   const PlanHeader header = MakeHeader(workspace, reconstruction, context);
-  Print(PlanText(header, plan));
+  Print(PhotoNotes(reconstruction) + PlanText(header, plan));
   CheckPlanFits(header, plan, LongestSide(reconstruction));
+  if (Matches(plan)) CheckContrast(reconstruction.scene, *reconstruction.images, context.run);
   ConsoleObserver observer(context.display);
   RunTasks(tasks, plan, &store, &observer, context.run);
   Print("results\n" + ResultText(tasks, plan));

@@ -11,11 +11,19 @@
 
 namespace lsmvs {
 
-// Loads the workspace's scene and sets up what its tasks share. Of `stage` the masks and the
-// database are used.
+// What the tasks will look at of the photos.
+enum class PhotoUse {
+  kPixels,    // their pixels: they must be there, with cameras without distortion
+  kNothing,   // nothing but where they were taken from and how large they are
+  kNoCamera,  // the same, and distortion does not matter either
+};
+
+// Loads the workspace's scene and sets up what its tasks share. Of `stage` the masks, the database,
+// the list of sources and what concerns missing photos are used.
 ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const StageOptions& stage,
                                      const ReconstructionOptions& options,
-                                     const CommandContext& context);
+                                     const CommandContext& context,
+                                     PhotoUse photos = PhotoUse::kPixels);
 
 // Prints the plan, refuses it if it does not fit the memory, runs it with progress, and prints what
 // is there now.

@@ -1,8 +1,11 @@
 #include "lsmvs/cli/stage_options.h"
 
 #include <algorithm>
+#include <fstream>
+#include <sstream>
 
 #include "lsmvs/colmap_adapter/scene_keypoints.h"
+#include "lsmvs/util/error.h"
 
 namespace lsmvs {
 
@@ -18,9 +21,30 @@ void StageOptions::DescribeWorkspace(OptionSet* options) {
 
 void StageOptions::DescribeMaskPath(OptionSet* options) {
   options->Add("mask_path", &mask_path,
-               "Folder with masks: of image a/b.jpg it is a/b.jpg.png; black pixels are not used. "
-               "Images without a mask "
-               "are used whole.");
+               "Folder with masks: of image a/b.jpg it is a/b.jpg.png or a/b.png; black pixels are "
+               "not used. Images without a mask are used whole.");
+}
+
+void StageOptions::DescribeAlphaMask(OptionSet* options) {
+  options->Add("alpha_mask", &alpha_is_mask,
+               "Whether pixels that are transparent (alpha 0) count as masked in photos with an "
+               "alpha channel.");
+}
+
+void StageOptions::DescribeSkipMissingImages(OptionSet* options) {
+  options->Add("skip_missing_images", &skip_missing_images,
+               "Go on without photos of the model that are missing; without it the run stops.");
+}
+
+void StageOptions::DescribeSourcesPath(OptionSet* options) {
+  options->Add("config_path", &sources_path,
+               "File that lists the source photos of each photo, as COLMAP's patch-match.cfg; "
+               "without it stereo/patch-match.cfg, if it is there.");
+}
+
+void StageOptions::DescribeBoxPath(OptionSet* options) {
+  options->Add("bbox_path", &box_path,
+               "As --bounding_box, from a text file as COLMAP's: xmin ymin zmin, xmax ymax zmax.");
 }
 
 void StageOptions::DescribeDatabasePath(OptionSet* options) {
@@ -55,6 +79,17 @@ void StageOptions::DescribeOverwrite(OptionSet* options) {
 void StageOptions::Apply(ReconstructionOptions* options) const {
   options->max_image_size = std::max(0, max_image_size);
   options->bounding_box = ParseBox("bounding_box", bounding_box);
+  if (box_path.empty()) return;
+  if (!bounding_box.empty())
+    throw UsageError("--bounding_box and --bbox_path are the same; give one");
+  std::ifstream file(box_path);
+  if (!file) throw InputError(box_path, "cannot be opened", "correct --bbox_path");
+  std::ostringstream text;
+  text << file.rdbuf();
+  std::string box = text.str();
+  std::replace_if(
+      box.begin(), box.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  options->bounding_box = ParseBox("bbox_path", box);
 }
 
 fs::path StageOptions::Database(const DenseWorkspace& workspace) const {

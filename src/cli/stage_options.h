@@ -22,9 +22,17 @@ struct StageOptions {
   std::string bounding_box;
   int max_image_size = -1;  // as COLMAP's: -1 or 0 is the full size
   bool overwrite = false;
+  bool alpha_is_mask = true;
+  bool skip_missing_images = false;
+  std::string sources_path;  // COLMAP's --config_path
+  std::string box_path;      // COLMAP's --bbox_path
 
   void DescribeWorkspace(OptionSet* options);
   void DescribeMaskPath(OptionSet* options);
+  void DescribeAlphaMask(OptionSet* options);
+  void DescribeSkipMissingImages(OptionSet* options);
+  void DescribeSourcesPath(OptionSet* options);
+  void DescribeBoxPath(OptionSet* options);
   void DescribeDatabasePath(OptionSet* options);
   void DescribeBoundingBox(OptionSet* options);
   // `name`: COLMAP's, with the stage's group.

@@ -20,6 +20,9 @@ namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
 
+// Edge, in GSD, of the voxels of which each counts once in the accuracy of a cloud.
+constexpr double kVoxelSize = 2;
+
 // Positive, finite and ascending; false otherwise.
 bool ParseThresholds(const std::string& text, std::vector<double>* thresholds) {
   thresholds->clear();
@@ -167,15 +170,18 @@ struct SurfaceEvaluator::State {
   }
 
   void SetUnit(double true_diagonal) {
-    if (options.unit == DistanceUnit::kWorld) {
-      unit = 1;
-    } else {
-      unit = gsd > 0 ? gsd : true_diagonal / 1000;
-    }
+    gsd_or_guess = gsd > 0 ? gsd : true_diagonal / 1000;
+    unit = options.unit == DistanceUnit::kWorld ? 1 : gsd_or_guess;
   }
 
   Points Draw(const TriangleMesh& mesh, const RunContext& context) const {
     return SampleSurface(mesh, static_cast<size_t>(options.num_samples), seed, context);
+  }
+  Points DrawReconstruction(const TriangleMesh& mesh, const RunContext& context) const {
+    if (!mesh.faces.empty()) return Draw(mesh, context);
+    TriangleMesh thinned;
+    thinned.vertices = OnePointPerVoxel(mesh.vertices, kVoxelSize * gsd_or_guess, seed);
+    return Draw(thinned, context);
   }
   Points Seen(const Points& points, const MeshTracer* occluder, const RunContext& context) const {
     if (views.empty() || options.min_num_views == 0) return points;
@@ -204,7 +210,7 @@ struct SurfaceEvaluator::State {
   std::unique_ptr<ClosestPoints> true_cloud;
   Points true_points;  // seen
   size_t num_drawn = 0;
-  double gsd = 0, unit = 1;
+  double gsd = 0, gsd_or_guess = 0, unit = 1;
 };
 
 SurfaceEvaluator::SurfaceEvaluator(const TriangleMesh& truth, const std::vector<View>& views,
@@ -257,7 +263,7 @@ SurfaceEvaluation SurfaceEvaluator::Evaluate(const TriangleMesh& reconstruction,
     own_tracer = std::make_unique<MeshTracer>(reconstruction, context);
     tracer = own_tracer.get();
   }
-  const Points drawn = s.Draw(reconstruction, context);
+  const Points drawn = s.DrawReconstruction(reconstruction, context);
   result.sampling_seconds = watch.Lap();
   const Points points = result.is_cloud ? drawn : s.Seen(drawn, tracer, context);
   result.visibility_seconds = watch.Lap();

@@ -78,8 +78,10 @@ struct SurfaceEvaluation {
 //   F1(d): their harmonic mean.
 // Both are measured on points drawn uniformly over the area, so that neither depends on how fine a
 // surface is meshed, and only where at least `min_num_views` views see the surface that the points
-// are drawn on. Of a cloud all points count for accuracy (it hides nothing from a camera), and
-// completeness is the distance to its nearest point.
+// are drawn on. Of a cloud one point per voxel of 2 GSD (without views, of the
+// diagonal of the truth / 500) counts for accuracy, so that a part does
+// not count more where points are dense (it hides nothing from a camera: seen or not does not
+// matter), and completeness is the distance to its nearest point.
 //
 // Differences from Schoeps et al., "A multi-view stereo benchmark with high-resolution images and
 // multi-camera videos" (ETH3D), CVPR 2017: there the reconstruction is a cloud and the truth a

@@ -1,8 +1,10 @@
 #include "lsmvs/evaluation/surface_samples.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <tuple>
 
 namespace lsmvs {
 
@@ -71,6 +73,27 @@ std::vector<Eigen::Vector3d> SampleSurface(const TriangleMesh& mesh, size_t coun
     points[i] = PointOnFace(mesh, f, Uniform(seed, 3 * i + 1), Uniform(seed, 3 * i + 2));
   });
   return points;
+}
+
+std::vector<Eigen::Vector3d> OnePointPerVoxel(const std::vector<Eigen::Vector3d>& points,
+                                              double voxel_size, uint64_t seed) {
+  using Voxel = std::array<int64_t, 3>;
+  std::vector<std::tuple<Voxel, double, size_t>> drawn;
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (!points[i].allFinite()) continue;
+    Voxel voxel;
+    for (int k = 0; k < 3; ++k) {
+      voxel[static_cast<size_t>(k)] = static_cast<int64_t>(std::floor(points[i][k] / voxel_size));
+    }
+    drawn.emplace_back(voxel, Uniform(seed, i), i);
+  }
+  std::sort(drawn.begin(), drawn.end());
+  std::vector<Eigen::Vector3d> kept;
+  for (size_t i = 0; i < drawn.size(); ++i) {
+    if (i > 0 && std::get<0>(drawn[i]) == std::get<0>(drawn[i - 1])) continue;
+    kept.push_back(points[std::get<2>(drawn[i])]);
+  }
+  return kept;
 }
 
 }  // namespace lsmvs

@@ -16,4 +16,10 @@ namespace lsmvs {
 std::vector<Eigen::Vector3d> SampleSurface(const TriangleMesh& mesh, size_t count, uint64_t seed,
                                            const RunContext& context);
 
+// One point, drawn at random, of each voxel that holds any; points that are not finite are left
+// out. A cloud is denser where photos are close: so thinned, its points are about uniform over its
+// area. The same seed gives the same points. O(n log n).
+std::vector<Eigen::Vector3d> OnePointPerVoxel(const std::vector<Eigen::Vector3d>& points,
+                                              double voxel_size, uint64_t seed);
+
 }  // namespace lsmvs

@@ -54,6 +54,7 @@ class Planner {
     Finding finding;
     size_t num_foreign = 0, num_missing = 0;
     for (const fs::path& output : task.outputs) {
+      if (fs::is_directory(output)) ThrowFolder(output);
       if (!fs::exists(output)) {
         ++num_missing;
       } else if (store_.files().MadeBy(output).empty()) {
@@ -143,8 +144,13 @@ class Planner {
   [[noreturn]] static void ThrowConflict(const std::string& path) {
     throw Error(ExitCode::kOverwrite,
                 path +
-                    ": is there already and was not made by this program (or was changed since); "
-                    "move it away, or give --overwrite to replace it");
+                    ": is there already and was not made by this program in this workspace (or was "
+                    "changed since); move it away, or give --overwrite to replace it");
+  }
+
+  [[noreturn]] static void ThrowFolder(const fs::path& path) {
+    throw InputError(path.string(), "is a folder, but a file is to be written there",
+                     "name a file, such as " + (path / "result.ply").string());
   }
 
   const std::vector<Task>& tasks_;

@@ -47,7 +47,8 @@ struct PlanOptions {
 // are up to date. Intermediate files that are gone count as they were while their task is
 // unchanged, so that they may be deleted to save space. Tasks come in an order in which they can
 // run; those of one stage are neighbours. Throws Error(kOverwrite) where a foreign file is in the
-// way, InputError where an input is missing. Reads new or changed input files once, to hash them.
+// way, InputError where an input is missing or an output
+// is a folder. Reads new or changed input files once, to hash them.
 RunPlan PlanRun(const std::vector<Task>& tasks, const PlanOptions& options, RunStore* store);
 
 // The hash that TaskRecord::inputs_hash holds, from the files as they are on disk.

@@ -18,6 +18,7 @@ constexpr const char* kRemedy = "copy the image again or remove it from the mode
 constexpr std::streamoff kTailBytes = 1 << 16;
 constexpr std::string_view kPngSignature = "\x89PNG\r\n\x1a\n";
 constexpr std::string_view kEndOfPng = "IEND";
+constexpr std::string_view kLittleTiff("II*\0", 4), kBigTiff("MM\0*", 4);
 constexpr std::string_view kStartOfJpeg = "\xff\xd8";
 constexpr std::string_view kEndOfJpeg = "\xff\xd9";
 
@@ -29,10 +30,12 @@ class Inspector {
     size_ = file_.tellg();
   }
 
-  std::optional<Eigen::Vector2i> Run() {
+  std::optional<ImageFileInfo> Run() {
     const std::string signature = BytesAt(0, kPngSignature.size());
     if (signature == kPngSignature) return Png();
     if (signature.starts_with(kStartOfJpeg)) return Jpeg();
+    if (signature.starts_with(kLittleTiff)) return Tiff(true);
+    if (signature.starts_with(kBigTiff)) return Tiff(false);
     return std::nullopt;
   }
 
@@ -49,10 +52,11 @@ class Inspector {
     return bytes;
   }
 
-  // `count` bytes as one big-endian number.
-  int NumberAt(std::streamoff position, size_t count) {
-    const std::string bytes = BytesAt(position, count);
+  // `count` bytes, four at most, as one number; PNG and JPEG are big endian.
+  int NumberAt(std::streamoff position, size_t count, bool little_endian = false) {
+    std::string bytes = BytesAt(position, count);
     if (bytes.size() < count) FailCutOff();
+    if (little_endian) std::reverse(bytes.begin(), bytes.end());
     uint32_t number = 0;
     for (const char byte : bytes) number = (number << 8) | static_cast<unsigned char>(byte);
     return static_cast<int>(number);
@@ -63,16 +67,66 @@ class Inspector {
     return BytesAt(position, count).find(text) != std::string::npos;
   }
 
-  Eigen::Vector2i Png() {
-    const Eigen::Vector2i size(NumberAt(16, 4), NumberAt(20, 4));
+  ImageFileInfo Png() {
+    ImageFileInfo info;
+    info.size = {NumberAt(16, 4), NumberAt(20, 4)};
     const std::streamoff tail = std::max<std::streamoff>(24, size_ - kTailBytes);
     if (!ContainsFrom(tail, kEndOfPng) && !ContainsFrom(24, kEndOfPng)) FailCutOff();
-    return size;
+    info.bits_per_channel = NumberAt(24, 1);
+    constexpr int kAlphaBit = 4;
+    info.has_alpha = (NumberAt(25, 1) & kAlphaBit) != 0 || HasTransparentPalette();
+    return info;
+  }
+
+  // Whether a tRNS chunk lies between the header and the pixels.
+  bool HasTransparentPalette() {
+    constexpr std::streamoff kFirstChunk = 33, kChunkFrame = 12;
+    for (std::streamoff position = kFirstChunk; position + kChunkFrame < size_;) {
+      const std::string type = BytesAt(position + 4, 4);
+      if (type == "tRNS") return true;
+      if (type == "IDAT" || type == kEndOfPng) return false;
+      position += kChunkFrame + static_cast<uint32_t>(NumberAt(position, 4));
+    }
+    return false;
+  }
+
+  // The entries of the first directory: tag, type (3: 16 bits, 4: 32 bits), count, value or its
+  // position.
+  std::optional<ImageFileInfo> Tiff(bool little_endian) {
+    constexpr int kWidth = 256, kHeight = 257, kBitsPerSample = 258, kPhotometric = 262,
+                  kSamplesPerPixel = 277, kExtraSamples = 338;
+    constexpr uint32_t kRgb = 2, kUnspecified = 0;
+    constexpr std::streamoff kEntryBytes = 12;
+    const auto number = [&](std::streamoff position, size_t count) {
+      return static_cast<uint32_t>(NumberAt(position, count, little_endian));
+    };
+    ImageFileInfo info;
+    uint32_t photometric = 0, num_samples = 1;
+    std::optional<uint32_t> extra_sample;
+    const std::streamoff directory = number(4, 4);
+    const int num_entries = static_cast<int>(number(directory, 2));
+    for (int i = 0; i < num_entries; ++i) {
+      const std::streamoff entry = directory + 2 + i * kEntryBytes;
+      const int tag = static_cast<int>(number(entry, 2));
+      const size_t bytes = number(entry + 2, 2) == 3 ? 2 : 4;
+      const bool is_inline = number(entry + 4, 4) * bytes <= 4;
+      const std::streamoff value = is_inline ? entry + 8 : number(entry + 8, 4);
+      if (tag == kWidth) info.size.x() = static_cast<int>(number(value, bytes));
+      if (tag == kHeight) info.size.y() = static_cast<int>(number(value, bytes));
+      if (tag == kBitsPerSample) info.bits_per_channel = static_cast<int>(number(value, bytes));
+      if (tag == kPhotometric) photometric = number(value, bytes);
+      if (tag == kSamplesPerPixel) num_samples = number(value, bytes);
+      if (tag == kExtraSamples) extra_sample = number(value, bytes);
+    }
+    info.has_alpha =
+        extra_sample ? *extra_sample != kUnspecified : num_samples == 4 && photometric == kRgb;
+    if ((info.size.array() <= 0).any()) return std::nullopt;
+    return info;
   }
 
   // Walks over the segments (marker, length, content) up to the start of the pixels.
-  std::optional<Eigen::Vector2i> Jpeg() {
-    std::optional<Eigen::Vector2i> size;
+  std::optional<ImageFileInfo> Jpeg() {
+    std::optional<ImageFileInfo> info;
     std::streamoff position = 2;
     while (true) {
       const int marker = NumberAt(position, 2);
@@ -84,14 +138,17 @@ class Inspector {
       const int length = NumberAt(position + 2, 2);
       const bool is_frame = marker >= 0xffc0 && marker <= 0xffcf && marker != 0xffc4 &&
                             marker != 0xffc8 && marker != 0xffcc;
-      if (is_frame) size = Eigen::Vector2i(NumberAt(position + 7, 2), NumberAt(position + 5, 2));
+      if (is_frame) {
+        info.emplace().size = {NumberAt(position + 7, 2), NumberAt(position + 5, 2)};
+        info->bits_per_channel = NumberAt(position + 4, 1);
+      }
       position += 2 + std::max(2, length);
       if (marker == 0xffda) break;
     }
     // In the pixels a byte ff is always followed by 00 or a restart marker.
     const std::streamoff tail = std::max(position, size_ - kTailBytes);
     if (!ContainsFrom(tail, kEndOfJpeg) && !ContainsFrom(position, kEndOfJpeg)) FailCutOff();
-    return size;
+    return info;
   }
 
   const std::string& path_;
@@ -101,7 +158,7 @@ class Inspector {
 
 }  // namespace
 
-std::optional<Eigen::Vector2i> InspectImageFile(const std::string& path) {
+std::optional<ImageFileInfo> InspectImageFile(const std::string& path) {
   return Inspector(path).Run();
 }
 

@@ -383,7 +383,7 @@ void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh,
   }
   if (has_normals) header += "property float nx\nproperty float ny\nproperty float nz\n";
   if (has_colors) header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
-  header += fmt::format("element face {}\nproperty list uchar int vertex_index\nend_header\n",
+  header += fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n",
                         mesh.faces.size());
   file.Write(header);
   for (size_t v = 0; v < mesh.vertices.size(); ++v) {

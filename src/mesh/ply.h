@@ -77,9 +77,10 @@ TriangleMesh ReadMeshPly(const std::filesystem::path& path,
                          const Eigen::Vector3d& world_offset = Eigen::Vector3d::Zero(),
                          NotFinite not_finite = NotFinite::kRefuse);
 
-// Writes binary little-endian PLY as COLMAP does: float x y z [nx ny nz] [uchar red green blue],
-// `list uchar int vertex_index`. With a `world_offset` other than zero it is added and coordinates
-// are written as double. Atomic.
+// Writes binary little-endian PLY: float x y z [nx ny nz] [uchar red green blue], `list uchar int
+// vertex_indices` (the name that OpenMVS insists on; COLMAP takes any, and MeshLab, CloudCompare,
+// Open3D, Blender and trimesh know it too). With a `world_offset` other than zero it is added and
+// coordinates are written as double. Atomic.
 void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh,
                   const Eigen::Vector3d& world_offset = Eigen::Vector3d::Zero());
 

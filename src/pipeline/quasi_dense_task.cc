@@ -24,6 +24,7 @@ constexpr const char* kQuasiDenseVersion = "2";
 }
 
 TaskCounts RunQuasiDense(const Reconstruction& reconstruction, const TaskRun& run) {
+  CheckAnyNeighbors(reconstruction);
   QuasiDenseOptions options = reconstruction.options.quasi_dense;
   options.bounding_box = reconstruction.options.bounding_box;
   const std::vector<std::vector<Eigen::Vector2f>> keypoints =

@@ -27,6 +27,11 @@ std::shared_ptr<const Reconstruction> MakeReconstruction(
   reconstruction->images = MakeImageStore(reconstruction->scene, images);
   reconstruction->neighbors =
       SelectNeighbors(reconstruction->scene, options.view_selection, context);
+  const std::vector<SourceRule> rules =
+      reconstruction->files->ReadSourceRules(reconstruction->scene);
+  reconstruction->has_source_rules =
+      !ChangeNothing(rules, options.view_selection.max_num_neighbors);
+  ApplySourceRules(reconstruction->scene, rules, &reconstruction->neighbors);
   reconstruction->depth_ranges = EstimateDepthRanges(reconstruction->scene);
   return reconstruction;
 }

@@ -23,8 +23,10 @@ struct Reconstruction {
   ReconstructionOptions options;
   size_t memory_budget_bytes = 0;
 
-  std::unique_ptr<ImageStore> images;            // reduced to options.max_image_size
-  std::vector<std::vector<Neighbor>> neighbors;  // by options.view_selection
+  std::unique_ptr<ImageStore> images;  // reduced to options.max_image_size
+  // By options.view_selection and the files' rules of sources.
+  std::vector<std::vector<Neighbor>> neighbors;
+  bool has_source_rules = false;  // that change something
   std::vector<DepthRange> depth_ranges;
 };
 

@@ -60,6 +60,7 @@ void CheckDepthMaps(const Reconstruction& reconstruction, int view_idx) {
 TaskCounts RunStereo(const Reconstruction& reconstruction, int view_idx, DepthMapKind kind,
                      const TaskRun& run) {
   CheckDepthRangeKnown(reconstruction);
+  CheckAnyNeighbors(reconstruction);
   const auto view = static_cast<size_t>(view_idx);
   std::unique_ptr<DepthMapSource> maps;
   if (kind == DepthMapKind::kGeometric) {
@@ -114,25 +115,28 @@ void SetCosts(const Reconstruction& reconstruction, std::vector<Task>* tasks) {
   }
 }
 
-bool HasDepthMapFiles(const Reconstruction& reconstruction, const View& view, DepthMapKind kind) {
-  const auto files = reconstruction.files->DepthMapFiles(view, kind);
-  return std::all_of(files.begin(), files.end(),
-                     [](const auto& path) { return std::filesystem::exists(path); });
-}
-
 // Views whose maps are to be fused. Throws InputError if there is none.
 std::vector<int> ViewsToFuse(const Reconstruction& reconstruction, DepthMapKind kind,
                              MapsToFuse maps) {
   std::vector<int> views;
   for (int i = 0; i < reconstruction.scene.num_views(); ++i) {
     const View& view = reconstruction.scene.views[static_cast<size_t>(i)];
-    if (maps == MapsToFuse::kAll || HasDepthMapFiles(reconstruction, view, kind))
-      views.push_back(i);
+    const auto depth_map = reconstruction.files->DepthMapFiles(view, kind)[0];
+    if (maps == MapsToFuse::kAll || std::filesystem::exists(depth_map)) views.push_back(i);
   }
   if (!views.empty()) return views;
   const auto wanted = reconstruction.files->DepthMapFiles(reconstruction.scene.views.at(0), kind);
   throw InputError(wanted[0].string(), "is missing, and so are the maps of all other images",
                    "run patch_match_stereo first");
+}
+
+// Without those that are not there, whose normals come from the depths.
+void AddMapsToFuse(const Reconstruction& reconstruction, int view_idx, DepthMapKind kind,
+                   MapsToFuse maps, Task* task) {
+  const View& view = reconstruction.scene.views[static_cast<size_t>(view_idx)];
+  for (const auto& path : reconstruction.files->DepthMapFiles(view, kind)) {
+    if (maps == MapsToFuse::kAll || std::filesystem::exists(path)) task->inputs.push_back(path);
+  }
 }
 
 TaskCounts RunFusion(const Reconstruction& reconstruction, DepthMapKind kind, const TaskRun& run) {
@@ -191,7 +195,7 @@ Task MakeFusionTask(const ReconstructionPtr& reconstruction, DepthMapKind kind, 
   AddModelInputs(*reconstruction, &task);
   AddAllPhotoInputs(*reconstruction, &task);
   for (const int view_idx : ViewsToFuse(*reconstruction, kind, maps)) {
-    AddDepthMapInputs(*reconstruction, view_idx, kind, &task);
+    AddMapsToFuse(*reconstruction, view_idx, kind, maps, &task);
   }
   task.outputs = reconstruction->files->CloudFiles(cloud);
   task.foreign_outputs = ForeignOutputs::kUse;

@@ -9,8 +9,8 @@
 
 namespace lsmvs {
 
-// Adds the files of the model; of the photos (and masks that are there) of some or all views; of
-// depth maps.
+// Adds the files of the model, and of hand-made lists of sources; of the photos (and masks that are
+// there) of some or all views; of depth maps.
 void AddModelInputs(const Reconstruction& reconstruction, Task* task);
 void AddPhotoInputs(const Reconstruction& reconstruction, int view_idx, Task* task);
 void AddAllPhotoInputs(const Reconstruction& reconstruction, Task* task);
@@ -24,6 +24,9 @@ std::string TaskOptionsText(const Reconstruction& reconstruction, const Options&
 
 // "x0 y0 z0 x1 y1 z1", or empty.
 std::string BoxText(const Eigen::AlignedBox3d& box);
+
+// Throws InputError if no view has a neighbour to be matched with.
+void CheckAnyNeighbors(const Reconstruction& reconstruction);
 
 // What to check when no point was found; names the masks and the box if there are any.
 std::string EmptyCloudRemedy(const Reconstruction& reconstruction);

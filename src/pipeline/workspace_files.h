@@ -9,6 +9,7 @@
 
 #include "lsmvs/scene/depth_map.h"
 #include "lsmvs/scene/scene.h"
+#include "lsmvs/scene/source_rules.h"
 #include "lsmvs/scene/visibility_cloud.h"
 
 namespace lsmvs {
@@ -28,6 +29,12 @@ class WorkspaceFiles {
   virtual std::vector<std::filesystem::path> ModelFiles() const = 0;
   // The one that holds the sparse points, for messages.
   virtual std::filesystem::path PointsFile() const = 0;
+
+  // Where neighbours come from if the user says so, one rule a view; none if nothing says so.
+  // Throws InputError.
+  virtual std::vector<SourceRule> ReadSourceRules(const Scene& /*scene*/) const { return {}; }
+  // The file that says so.
+  virtual std::filesystem::path SourceRulesFile() const { return {}; }
 
   // Depth and normal map of a view.
   virtual std::array<std::filesystem::path, 2> DepthMapFiles(const View& view,

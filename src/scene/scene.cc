@@ -57,15 +57,25 @@ double GroundSamplingDistance(const Scene& scene) {
   return *middle;
 }
 
+std::string MaskPath(const std::string& mask_folder, const std::string& image_name) {
+  if (mask_folder.empty()) return "";
+  const std::filesystem::path path = std::filesystem::path(mask_folder) / image_name;
+  std::filesystem::path of_stem = path;
+  of_stem.replace_extension(".png");
+  for (const auto& mask : {std::filesystem::path(path.string() + ".png"), of_stem}) {
+    if (std::filesystem::exists(mask)) return mask.string();
+  }
+  return "";
+}
+
 std::unique_ptr<ImageStore> MakeImageStore(const Scene& scene, const ImageStoreOptions& options) {
   std::vector<ImageSource> sources;
   for (const View& view : scene.views) {
-    ImageSource source{(std::filesystem::path(scene.image_folder) / view.name).string(), "",
-                       view.camera};
-    if (!scene.mask_folder.empty()) {
-      const auto mask = std::filesystem::path(scene.mask_folder) / (view.name + ".png");
-      if (std::filesystem::exists(mask)) source.mask_path = mask.string();
-    }
+    ImageSource source{(std::filesystem::path(scene.image_folder) / view.name).string(),
+                       MaskPath(scene.mask_folder, view.name), view.camera};
+    source.is_missing = !view.has_photo;
+    source.alpha_is_mask = scene.alpha_is_mask && view.has_photo &&
+                           std::filesystem::is_regular_file(source.path) && HasAlpha(source.path);
     sources.push_back(std::move(source));
   }
   return std::make_unique<ImageStore>(std::move(sources), options);

@@ -24,6 +24,9 @@ struct View {
   std::string name;      // COLMAP's image name: relative to images/, with sub-folders and extension
   PinholeCamera camera;  // of the full-size image
   Rigid3 cam_from_world;
+  // False: the photo is missing and the user goes on without it. It counts as wholly masked and is
+  // nobody's neighbour; the view stays, so that views keep their positions.
+  bool has_photo = true;
 
   Eigen::Vector3d CenterInWorld() const { return cam_from_world.OriginInSource(); }
   double Depth(const Eigen::Vector3d& x_in_world) const {
@@ -48,8 +51,8 @@ struct Scene {
   std::vector<SparsePoint> points;
   Eigen::Vector3d world_offset = Eigen::Vector3d::Zero();
   std::string image_folder;
-  std::string mask_folder;  // empty: no masks. Mask of image <name> is <mask_folder>/<name>.png, as
-                            // COLMAP's
+  std::string mask_folder;    // empty: no masks; see MaskPath()
+  bool alpha_is_mask = true;  // pixels with an alpha of 0 count as masked
 
   int num_views() const { return static_cast<int>(views.size()); }
 };
@@ -68,7 +71,12 @@ std::vector<DepthRange> EstimateDepthRanges(const Scene& scene, double margin = 
 // at full resolution: how much surface one pixel covers. 0 without points.
 double GroundSamplingDistance(const Scene& scene);
 
+// The mask of image <name>: <mask_folder>/<name>.png, as COLMAP's, else <name> with .png in place
+// of its extension. Empty if neither exists.
+std::string MaskPath(const std::string& mask_folder, const std::string& image_name);
+
 // Image store over the scene's photos and masks (a mask file that does not exist masks nothing).
+// Looks at the photos' headers for alpha channels.
 std::unique_ptr<ImageStore> MakeImageStore(const Scene& scene, const ImageStoreOptions& options);
 
 }  // namespace lsmvs

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "lsmvs/geometry/triangulation.h"
+#include "lsmvs/scene/center_groups.h"
 
 namespace lsmvs {
 
@@ -18,6 +19,8 @@ constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 // score less.
 constexpr int kCoverageCells = 8;
 constexpr double kMaxFallbackAxisAngleDeg = 45.0;
+// Angle between the axes at which a view counts as if it were twice as far away.
+constexpr double kHalfScoreAxisAngleDeg = 15.0;
 
 // What the sparse points that two views share say about the second as neighbour of the first.
 struct PairStatistics {
@@ -111,15 +114,17 @@ std::vector<Neighbor> UsableNeighbors(const ViewSelectionOptions& options,
 }
 
 std::vector<Neighbor> NearestViews(const Scene& scene, const std::vector<Eigen::Vector3d>& centers,
-                                   int view_idx) {
+                                   const std::vector<int>& places, int view_idx) {
   std::vector<Neighbor> neighbors;
   const Eigen::Vector3d axis = scene.views[view_idx].cam_from_world.rotation.row(2);
   for (int other = 0; other < scene.num_views(); ++other) {
     const double distance = (centers[other] - centers[view_idx]).norm();
     const double cosine = axis.dot(scene.views[other].cam_from_world.rotation.row(2).transpose());
-    if (other == view_idx || !(distance > 0)) continue;
-    if (cosine < std::cos(kMaxFallbackAxisAngleDeg / kDegreesPerRadian)) continue;
-    neighbors.push_back({other, 1.0 / distance, 0.0, 0});
+    if (places[other] == places[view_idx] || !scene.views[other].has_photo) continue;
+    const double angle_deg = kDegreesPerRadian * std::acos(std::clamp(cosine, -1.0, 1.0));
+    if (angle_deg > kMaxFallbackAxisAngleDeg) continue;
+    const double turn = angle_deg / kHalfScoreAxisAngleDeg;
+    neighbors.push_back({other, 1.0 / (distance * (1 + turn * turn)), 0.0, 0});
   }
   return neighbors;
 }
@@ -152,6 +157,7 @@ std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,
                                                    const RunContext& context) {
   std::vector<Eigen::Vector3d> centers;
   for (const View& view : scene.views) centers.push_back(view.CenterInWorld());
+  const std::vector<int> places = CenterGroups(scene);
   const PointsByView points(scene);
   const bool any_shared = std::any_of(scene.points.begin(), scene.points.end(),
                                       [](const auto& point) { return point.view_idxs.size() > 1; });
@@ -159,7 +165,7 @@ std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,
   ParallelFor(context, neighbors.size(), 1, [&](size_t v) {
     const int view_idx = static_cast<int>(v);
     if (!any_shared) {
-      neighbors[v] = NearestViews(scene, centers, view_idx);
+      neighbors[v] = NearestViews(scene, centers, places, view_idx);
     } else {
       std::vector<PairStatistics> others(scene.views.size());
       for (const uint32_t p : points.Of(view_idx)) {

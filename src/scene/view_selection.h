@@ -38,7 +38,8 @@ struct Neighbor {
 // pair is the sum over its shared sparse points of angle_weight * scale_weight, with angle_weight =
 // min(angle/best, best/angle)^1.5 and scale_weight = min(gsd ratio, 1/gsd ratio), times how evenly
 // the shared points cover the view. Without any shared points (a model without tracks) the nearest
-// views whose axes agree within 45 degrees are taken. Deterministic; ties are broken by view_idx.
+// views from other places (CenterGroups) whose axes agree within 45 degrees are taken, those with
+// like axes first. Deterministic; ties are broken by view_idx.
 // Time: O(sum over points of views^2). Memory beyond the scene: 4 bytes an observation, and for
 // each thread 4 bytes for every pair of an observation of its view and another of the same point.
 std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "lsmvs/image/largest_image.h"
+#include "lsmvs/scene/center_groups.h"
 #include "lsmvs/stereo/plane_map.h"
 #include "lsmvs/stereo/view_geometry.h"
 #include "lsmvs/stereo/weak_support.h"
@@ -75,12 +77,25 @@ struct Evidence {
         num_agree(num_pixels, 0),
         num_close(num_pixels, 0),
         num_see_through(num_pixels, 0) {}
+  // Counts the places of the neighbours that agree: views from one place see the same and do not
+  // confirm each other. Those of one place come one after the other.
+  void Count(size_t pixel, int place, bool is_close) {
+    num_agree[pixel] += IsNew(pixel, place, &last_place);
+    if (is_close) num_close[pixel] += IsNew(pixel, place, &last_close_place);
+  }
   std::vector<std::vector<RowEstimates>> estimates;  // by neighbour and row
   std::vector<Eigen::Vector3f> normal_sums;          // world
   std::vector<Eigen::Vector3f> color_sums;
-  std::vector<uint16_t> num_agree;        // neighbours with an estimate
+  std::vector<uint16_t> num_agree;        // places of neighbours with an estimate
   std::vector<uint16_t> num_close;        // ... that lies within weak_max_reproj_error
   std::vector<uint16_t> num_see_through;  // neighbours whose map lies behind the pixel's point
+  // Places counted last; empty where all neighbours are from different ones.
+  std::vector<int32_t> last_place, last_close_place;
+
+ private:
+  static bool IsNew(size_t pixel, int place, std::vector<int32_t>* last) {
+    return last->empty() || std::exchange((*last)[pixel], place) != place;
+  }
 };
 
 struct Thresholds {
@@ -125,6 +140,8 @@ class Fuser {
 
  private:
   LoadedView Load(int view_idx) const;
+  // Whether two of the views, which GroupByPlace has put behind each other, are from one place.
+  bool ShareAPlace(const std::vector<int>& view_idxs) const;
   void FuseView(int view_idx, const CloudSink& sink, const RunContext& context);
   void Collect(const LoadedView& reference, const PixelSet& covered, const LoadedView& neighbor,
                size_t slot, Evidence* evidence, const RunContext& context) const;
@@ -141,6 +158,7 @@ class Fuser {
   const FusionOptions& options_;
   const Thresholds thresholds_;
   const size_t image_bytes_held_;
+  const std::vector<int> places_;  // of each view, as CenterGroups
   std::vector<std::vector<int>> neighbor_idxs_;
   std::vector<PixelSet> covered_;
   std::vector<PinholeCamera> map_cameras_;  // of the views whose map was seen; width 0 otherwise
@@ -168,6 +186,21 @@ std::vector<std::vector<int>> SymmetricNeighbors(const std::vector<std::vector<N
   return out;
 }
 
+// Leaves out views from the place of the reference, and puts those of one place behind each other.
+std::vector<std::vector<int>> GroupByPlace(std::vector<std::vector<int>> lists,
+                                           const std::vector<int>& places) {
+  for (size_t a = 0; a < lists.size(); ++a) {
+    std::vector<int>& list = lists[a];
+    const auto place = [&](int v) { return places[static_cast<size_t>(v)]; };
+    std::erase_if(list, [&](int v) { return place(v) == places[a]; });
+    for (auto next = list.begin(); next != list.end();) {
+      const int first = place(*next);
+      next = std::stable_partition(next, list.end(), [&](int v) { return place(v) == first; });
+    }
+  }
+  return lists;
+}
+
 Fuser::Fuser(const Scene& scene, const ImageStore& images,
              const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
              const FusionOptions& options)
@@ -178,9 +211,18 @@ Fuser::Fuser(const Scene& scene, const ImageStore& images,
       thresholds_(options),
       image_bytes_held_(kViewsHeld * LargestImagePixels(images) *
                         (sizeof(Color) + sizeof(uint8_t))),
-      neighbor_idxs_(SymmetricNeighbors(neighbors, options.check_num_images)),
+      places_(CenterGroups(scene)),
+      neighbor_idxs_(
+          GroupByPlace(SymmetricNeighbors(neighbors, options.check_num_images), places_)),
       covered_(scene.views.size()),
       map_cameras_(scene.views.size()) {}
+
+bool Fuser::ShareAPlace(const std::vector<int>& view_idxs) const {
+  const auto same = [&](int a, int b) {
+    return places_[static_cast<size_t>(a)] == places_[static_cast<size_t>(b)];
+  };
+  return std::adjacent_find(view_idxs.begin(), view_idxs.end(), same) != view_idxs.end();
+}
 
 LoadedView Fuser::Load(int view_idx) const {
   LoadedView loaded;
@@ -203,6 +245,7 @@ void Fuser::Collect(const LoadedView& reference, const PixelSet& covered,
   const Rigid3 reference_from_neighbor = neighbor_from_reference.Inverse();
   const Eigen::Matrix3d world_from_neighbor = neighbor.view->cam_from_world.rotation.transpose();
   const DepthMap& map = *neighbor.map;
+  const int neighbor_place = places_[static_cast<size_t>(neighbor.view - scene_.views.data())];
   const auto visit = [&](int column, int row, size_t pixel) {
     const double depth = reference.map->depth.pixels[pixel];
     const Eigen::Vector3d ray = reference.camera.PixelRay(column, row);
@@ -239,8 +282,7 @@ void Fuser::Collect(const LoadedView& reference, const PixelSet& covered,
     estimates.depths.push_back(static_cast<float>(estimate));
     evidence->normal_sums[pixel] += (world_from_neighbor * normal).cast<float>();
     evidence->color_sums[pixel] += neighbor.ColorAt(to_column, to_row).cast<float>();
-    ++evidence->num_agree[pixel];
-    if (error_px <= thresholds_.weak_reproj) ++evidence->num_close[pixel];
+    evidence->Count(pixel, neighbor_place, error_px <= thresholds_.weak_reproj);
   };
   ParallelFor(context, static_cast<size_t>(reference.camera.height), 8, [&](size_t r) {
     const int row = static_cast<int>(r);
@@ -376,6 +418,10 @@ void Fuser::FuseView(int view_idx, const CloudSink& sink, const RunContext& cont
   const PixelSet& covered = covered_[static_cast<size_t>(view_idx)];
   const std::vector<int>& neighbor_idxs = neighbor_idxs_[static_cast<size_t>(view_idx)];
   Evidence evidence(reference.map->depth.size(), neighbor_idxs.size(), reference.camera.height);
+  if (ShareAPlace(neighbor_idxs)) {
+    evidence.last_place.assign(reference.map->depth.size(), -1);
+    evidence.last_close_place = evidence.last_place;
+  }
   for (size_t slot = 0; slot < neighbor_idxs.size(); ++slot) {
     const LoadedView neighbor = Load(neighbor_idxs[slot]);
     if (neighbor.map == nullptr) continue;

@@ -17,7 +17,7 @@
 namespace lsmvs {
 
 struct FusionOptions {
-  // Views (the reference included) that must agree on a point.
+  // Views (the reference included) that must agree on a point; views from one place count once.
   int min_num_pixels = 3;
   // Views that are averaged into one point at most.
   int max_num_pixels = 10000;

@@ -110,6 +110,24 @@ std::vector<std::string> ApplyIni(const std::string& content, Options* options) 
                           [] {});
 }
 
+TEST(CommandLine, OptionsWithoutMeaningAreTakenWithTheirValues) {
+  Options options;
+  OptionSet set;
+  options.Describe(&set);
+  const std::vector<std::string> without_meaning = {"Group.use_cache", "gpu_index"};
+  const CommandLine line = ParseCommandLine({"--Group.use_cache", "1", "--gpu_index", "-1",
+                                             "folder", "--Group.use_cache=0", "--overwrite"},
+                                            set, "workspace_path", without_meaning);
+  EXPECT_THAT(line.without_meaning, testing::ElementsAre("Group.use_cache", "gpu_index"));
+  EXPECT_THAT(line.assignments, testing::ElementsAre(Assignment("workspace_path", "folder"),
+                                                     Assignment("overwrite", "1")));
+  std::vector<Assignment> ini = {{"Group.use_cache", "1"}, {"Group.size", "2"}};
+  std::set<std::string> names;
+  TakeOutMeaningless(without_meaning, &ini, &names);
+  EXPECT_THAT(ini, testing::ElementsAre(Assignment("Group.size", "2")));
+  EXPECT_THAT(names, testing::ElementsAre("Group.use_cache"));
+}
+
 TEST(IniFile, SetsOptionsBelowTheCommandLine) {
   Options options;
   const auto ignored = ApplyIni(

@@ -126,13 +126,43 @@ TEST_F(DepthMapIoTest, CleansWhatIsNotValid) {
   for (const size_t i : {5, 6}) EXPECT_TRUE(read.normal.pixels[i].isZero());
 }
 
-TEST_F(DepthMapIoTest, NormalMapMayBeMissing) {
-  WriteDepthMap(workspace_, view(), kType, SomeMap(4, 3));
+// Maps of learned stereo come without.
+TEST_F(DepthMapIoTest, NormalsAreDerivedWhereTheirMapIsMissing) {
+  const Eigen::Vector3d normal = Eigen::Vector3d(0.3, -0.2, -1).normalized();
+  View large = view();
+  large.camera = view().camera.Resized(40, 30);
+  const PinholeCamera& camera = large.camera;
+  DepthMap map;
+  map.depth = Raster<float>(40, 30);
+  map.normal = Raster<Eigen::Vector3f>(40, 30, normal.cast<float>());
+  for (int row = 0; row < 30; ++row) {
+    for (int column = 0; column < 40; ++column) {
+      const double step = column < 20 ? 4.0 : 6.0;  // two planes
+      map.depth(column, row) =
+          static_cast<float>(step * normal.z() / normal.dot(camera.PixelRay(column, row)));
+    }
+  }
+  WriteDepthMap(workspace_, large, kType, map);
   std::filesystem::remove(NormalPath());
-  EXPECT_FALSE(HasDepthMap(workspace_, view(), kType));
+  EXPECT_TRUE(HasDepthMap(workspace_, large, kType));
+  const DepthMap read = ReadDepthMap(workspace_, large, kType);
+  for (int row = 0; row < 30; ++row) {
+    for (int column = 0; column < 40; ++column) {
+      EXPECT_GT(read.normal(column, row).cast<double>().dot(normal), 0.9999);
+      EXPECT_NEAR(read.depth(column, row), map.depth(column, row), 1e-4);
+    }
+  }
+}
+
+TEST_F(DepthMapIoTest, NoNormalsAreDerivedFromLonelySamples) {
+  DepthMap map = SomeMap(4, 3);
+  for (size_t i = 0; i < map.depth.size(); ++i) {
+    map.depth.pixels[i] = i % 2 == 0 ? static_cast<float>(1 + i) : 0.0f;
+  }
+  WriteDepthMap(workspace_, view(), kType, map);
+  std::filesystem::remove(NormalPath());
   const DepthMap read = ReadDepthMap(workspace_, view(), kType);
-  EXPECT_GT(read.depth(0, 0), 0);
-  EXPECT_TRUE(read.normal(0, 0).isZero());
+  for (const Eigen::Vector3f& normal : read.normal.pixels) EXPECT_TRUE(normal.isZero());
 }
 
 TEST_F(DepthMapIoTest, TruncationAtEveryByteIsAnErrorAndNotComplete) {

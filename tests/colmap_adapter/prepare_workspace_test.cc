@@ -10,7 +10,11 @@
 
 #include "lsmvs/adapter_test/analytic_workspace.h"
 #include "lsmvs/adapter_test/corruption.h"
+#include "lsmvs/adapter_test/small_model.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
+#include "lsmvs/colmap_adapter/sparse_model_io.h"
+#include "lsmvs/colmap_adapter/undistorted_masks.h"
+#include "lsmvs/image/image_codec.h"
 #include "lsmvs/test_support/temporary_folder.h"
 
 namespace lsmvs {
@@ -77,6 +81,23 @@ TEST_F(PrepareWorkspaceTest, LeftoverOfAKilledRunIsReplaced) {
   EXPECT_FALSE(fs::exists(project_ / "dense/.0.lsmvs-tmp"));
 }
 
+// COLMAP would take the name of a photo to end at the blank.
+TEST_F(PrepareWorkspaceTest, ColmapGetsABinaryCopyOfATextModel) {
+  SparseModel model = ReadSparseModel(project_ / "sparse/0");
+  const std::string old_name = model.images[2].name;
+  model.images[2].name = "photo (3) of 6.png";
+  fs::rename(project_ / "images" / old_name, project_ / "images" / model.images[2].name);
+  for (const char* name : {"cameras.bin", "images.bin", "points3D.bin"}) {
+    fs::remove(project_ / "sparse/0" / name);
+  }
+  WriteSparseModel(project_ / "sparse/0", model, SparseFormat::kText);
+  const auto made = Prepare(FakeColmap(CopyScript()));
+  const SparseModel undistorted = ReadSparseModel(made[0].SparseFolder());
+  ExpectSameModel(undistorted, model);
+  EXPECT_EQ(LoadScene(made[0]).views[2].name, "photo (3) of 6.png");
+  EXPECT_FALSE(fs::exists(project_ / "dense/.0-sparse.lsmvs-tmp"));
+}
+
 TEST_F(PrepareWorkspaceTest, FailureQuotesTheLog) {
   const ColmapRunner runner = FakeColmap("echo one\necho 'E: no memory'\nexit 3\n");
   try {
@@ -117,8 +138,69 @@ TEST_F(PrepareWorkspaceTest, MissingPhotosAreNamedBeforeTheRun) {
   fs::remove(project_ / "images/view2.png");
   const ColmapRunner runner = FakeColmap("exit 1\n");
   EXPECT_THAT(InputErrorOf([&] { Prepare(runner); }),
-              HasSubstr("view2.png: image file is missing"));
+              AllOf(HasSubstr("images: 1 of the model's 6 photos is missing: view2.png"),
+                    HasSubstr("--skip_missing_images"), HasSubstr("--image_path")));
   EXPECT_FALSE(fs::exists(log_));
+}
+
+TEST_F(PrepareWorkspaceTest, MissingPhotosMayBeLeftOut) {
+  SparseModel model = ReadSparseModel(project_ / "sparse/0");
+  AddTrivialRigsAndFrames(&model);
+  WriteSparseModel(project_ / "sparse/0", model);
+  fs::remove(project_ / "images/view2.png");
+  PrepareWorkspaceOptions options;
+  options.skip_missing_images = true;
+  const auto made = Prepare(FakeColmap(CopyScript()), options);
+  const SparseModel left = ReadSparseModel(made[0].SparseFolder());
+  EXPECT_EQ(left.images.size(), 5u);
+  EXPECT_EQ(left.frames.size(), 5u);
+  EXPECT_TRUE(left.warnings.empty());
+  EXPECT_EQ(LoadScene(made[0]).num_views(), 5);
+}
+
+TEST_F(PrepareWorkspaceTest, AModelOfOnePhotoIsRefusedBeforeTheRun) {
+  SparseModel model = ReadSparseModel(project_ / "sparse/0");
+  model.images.resize(1);
+  WriteSparseModel(project_ / "sparse/0", model);
+  EXPECT_THAT(InputErrorOf([&] { Prepare(FakeColmap("exit 1\n")); }),
+              HasSubstr("sparse/0: has one photo"));
+  EXPECT_FALSE(fs::exists(log_));
+}
+
+// The fake undistorter leaves photos as they are.
+TEST_F(PrepareWorkspaceTest, MasksOfAProjectAreUndistortedOnce) {
+  const ColmapRunner runner = FakeColmap(CopyScript());
+  Prepare(runner);
+  const WorkspaceEntry entry = FindDenseWorkspaces(project_).at(0);
+  MaskOptions options{(project_ / "masks").string(), true};
+  EXPECT_THAT(InputErrorOf([&] { PrepareMasks(entry, options, runner, RunContext(1)); }),
+              HasSubstr("--mask_path"));
+  ColorImage mask(320, 240, Color(7, 7, 7));
+  for (int x = 0; x < 100; ++x) mask(x, 50) = Color::Zero();
+  fs::create_directories(project_ / "masks");
+  WritePng(project_ / "masks/view1.png.png", mask);
+  WritePng(project_ / "masks/view3.png", mask);  // named after the stem
+  const std::string folder = PrepareMasks(entry, options, runner, RunContext(1));
+  EXPECT_EQ(folder, (entry.workspace.RunFolder() / "masks").string());
+  for (const char* name : {"view1.png", "view3.png"}) {
+    const ByteImage used = ReadMask(MaskPath(folder, name));
+    EXPECT_EQ(used(99, 50), 0) << name;
+    EXPECT_EQ(used(100, 50), 255) << name;
+  }
+  EXPECT_EQ(MaskPath(folder, "view2.png"), "");
+  LoadScene(entry.workspace, {.mask_folder = folder});
+  // Nothing is run as long as they stay; another mask is taken up.
+  PrepareMasks(entry, options, ColmapRunner("/no/such/colmap"), RunContext(1));
+  WritePng(project_ / "masks/view2.png.png", mask);
+  PrepareMasks(entry, options, runner, RunContext(1));
+  EXPECT_NE(MaskPath(folder, "view2.png"), "");
+  WritePng(project_ / "masks/view2.png.png", ColorImage(32, 24, Color::Zero()));
+  EXPECT_THAT(InputErrorOf([&] { PrepareMasks(entry, options, runner, RunContext(1)); }),
+              AllOf(HasSubstr("view2.png.png"), HasSubstr("is 32 x 24 pixels, but its photo is")));
+  // Masks of a dense workspace are those of its images.
+  WorkspaceEntry dense = entry;
+  dense.sparse_folder.clear();
+  EXPECT_EQ(PrepareMasks(dense, options, runner, RunContext(1)), options.mask_folder);
 }
 
 TEST_F(PrepareWorkspaceTest, CancelStopsTheChildren) {

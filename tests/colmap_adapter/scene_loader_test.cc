@@ -144,11 +144,54 @@ TEST_F(SceneLoaderTest, EmptyPointsAreLegalAndNoImagesAreNot) {
 }
 
 TEST_F(SceneLoaderTest, MissingImagesAreNamed) {
+  const std::string first = data_.scene.views[0].name, second = data_.scene.views[1].name;
   std::filesystem::remove(FirstImage());
-  EXPECT_THAT(Error(), HasSubstr(FirstImage().string() + ": image file is missing"));
+  EXPECT_THAT(Error(), HasSubstr("images: 1 of the model's 6 photos is missing: " + first));
+  std::filesystem::rename(data_.workspace.ImagePath(second),
+                          data_.workspace.ImageFolder() / "VIEW3.PNG");
+  EXPECT_THAT(Error(), AllOf(HasSubstr("2 of the model's 6 photos are missing"),
+                             HasSubstr(second + " (there is VIEW3.PNG)"),
+                             HasSubstr("--skip_missing_images")));
   EXPECT_EQ(LoadScene(data_.workspace, {.check_images = false}).num_views(), 6);
   std::filesystem::remove_all(data_.workspace.ImageFolder());
   EXPECT_THAT(Error(), HasSubstr("folder of the images is missing"));
+  EXPECT_EQ(LoadScene(data_.workspace, {.check_images = false}).num_views(), 6);
+}
+
+TEST_F(SceneLoaderTest, MissingImagesMayBeSkipped) {
+  std::filesystem::remove(FirstImage());
+  const Scene scene = LoadScene(data_.workspace, {.skip_missing_images = true});
+  EXPECT_EQ(scene.num_views(), 6);
+  EXPECT_FALSE(scene.views[0].has_photo);
+  EXPECT_TRUE(scene.views[1].has_photo);
+  for (const SparsePoint& point : scene.points) {
+    EXPECT_EQ(std::count(point.view_idxs.begin(), point.view_idxs.end(), 0), 0);
+  }
+  for (size_t v = 1; v < 5; ++v) {
+    std::filesystem::remove(data_.workspace.ImagePath(data_.scene.views[v].name));
+  }
+  EXPECT_THAT(InputErrorOf([&] { LoadScene(data_.workspace, {.skip_missing_images = true}); }),
+              HasSubstr("5 of the model's 6 photos are missing"));
+}
+
+TEST_F(SceneLoaderTest, DistortionMayBeIgnored) {
+  data_.model.cameras[0] = {CameraId{3}, 4, 320, 240, {300, 310, 160, 120, 0.1, 0.1, 0, 0}};
+  EXPECT_EQ(MakeScene(data_.model, "model", true).views[0].camera.fy, 310);
+  data_.model.cameras[0] = {CameraId{3}, 3, 320, 240, {300, 160, 120, 0.1, 0.1}};
+  EXPECT_EQ(MakeScene(data_.model, "model", true).views[0].camera.cx, 160);
+}
+
+TEST_F(SceneLoaderTest, MasksAreCheckedWithThePhotos) {
+  LoadSceneOptions options;
+  options.mask_folder = (folder_.path() / "masks").string();
+  std::filesystem::create_directory(options.mask_folder);
+  const std::string name = data_.scene.views[2].name;
+  const auto mask = std::filesystem::path(options.mask_folder) / (name + ".png");
+  WritePng(mask, ColorImage(160, 120, Color::Zero()));
+  EXPECT_THAT(InputErrorOf([&] { LoadScene(data_.workspace, options); }),
+              AllOf(HasSubstr(mask.string()), HasSubstr("160 x 120"), HasSubstr("mask")));
+  WritePng(mask, ColorImage(320, 240, Color::Zero()));
+  LoadScene(data_.workspace, options);
 }
 
 TEST_F(SceneLoaderTest, ImagesOfAnotherSizeAreNamed) {

@@ -255,10 +255,6 @@ INSTANTIATE_TEST_SUITE_P(
                       [](SparseModel* m) { m->points3d[1].point3d_id = Point3dId{100}; }},
         Inconsistency{"point 200 is not finite",
                       [](SparseModel* m) { m->points3d[1].x_in_world[2] = kNan; }},
-        Inconsistency{"point 100 refers to the missing image 6",
-                      [](SparseModel* m) { m->points3d[0].track[0].image_id = ImageId{6}; }},
-        Inconsistency{"point 100 refers to feature 2 of image 5, which has 2",
-                      [](SparseModel* m) { m->points3d[0].track[0].point2d_idx = 2; }},
         Inconsistency{"two rigs 4", [](SparseModel* m) { m->rigs[1].rig_id = RigId{4}; }},
         Inconsistency{"rig 4 refers to the missing camera 2",
                       [](SparseModel* m) { m->rigs[0].sensors[0].sensor.id = 2; }},
@@ -274,6 +270,47 @@ INSTANTIATE_TEST_SUITE_P(
                       [](SparseModel* m) { m->frames[1].data[1].data_id = 3; }},
         Inconsistency{"image 12 (c.jpg) is in no frame",
                       [](SparseModel* m) { m->frames[0].data.clear(); }}));
+
+// As converters write them: dummy tracks, features left out.
+TEST(SparseModelTest, TracksThatReferToNothingAreDropped) {
+  for (const SparseFormat format : {SparseFormat::kBinary, SparseFormat::kText}) {
+    SparseModel model = SmallModel(true);
+    SparseModel expected = model;
+    model.points3d[0].track.push_back({ImageId{6}, 0});
+    model.points3d[1].track.push_back({ImageId{5}, 2});
+    model.images[2].points2d[0].point3d_id = Point3dId{12345};
+    expected.images[2].points2d[0].point3d_id = SparseModel::kNoPoint3d;
+    const TemporaryFolder folder;
+    WriteSparseModel(folder.path(), model, format);
+    const SparseModel read = ReadSparseModel(folder.path());
+    ExpectSameModel(read, expected);
+    EXPECT_THAT(read.warnings, ElementsAre(HasSubstr(folder.path().string() + ": 2 of the 4 ")));
+    EXPECT_EQ(ReadSparseModel(folder.path(), {.keep_points2d = false}).warnings, read.warnings);
+    WriteSparseModel(folder.path(), read, format);
+    EXPECT_TRUE(ReadSparseModel(folder.path()).warnings.empty());
+  }
+}
+
+TEST(SparseModelTextTest, NumpyByteOrderMarksAndUnsignedMinusOne) {
+  const TemporaryFolder folder;
+  const std::string mark = "\xef\xbb\xbf";
+  WriteWholeFile(folder.path() / "cameras.txt", mark + "1 PINHOLE 10 20 1.5 2 5 10\n");
+  WriteWholeFile(folder.path() / "images.txt",
+                 mark +
+                     "# i\n1.000e+00 1 0 0 0 0 0 0 1.0 a.jpg\n"
+                     "5 5 18446744073709551615 6 6 -1.0e+00 7 7 7.000e+00\n");
+  WriteWholeFile(folder.path() / "points3D.txt",
+                 mark + "7.0e+00 1 2 3 4.0e+00 5.0e+00 6.0e+00 5.0e-01 1 2\n");
+  const SparseModel model = ReadSparseModel(folder.path());
+  ASSERT_EQ(model.images.size(), 1u);
+  ASSERT_EQ(model.images[0].points2d.size(), 3u);
+  EXPECT_EQ(model.images[0].points2d[0].point3d_id, SparseModel::kNoPoint3d);
+  EXPECT_EQ(model.images[0].points2d[1].point3d_id, SparseModel::kNoPoint3d);
+  EXPECT_EQ(model.images[0].points2d[2].point3d_id, Point3dId{7});
+  ASSERT_EQ(model.points3d.size(), 1u);
+  EXPECT_EQ(model.points3d[0].color, Color(4, 5, 6));
+  ASSERT_EQ(model.points3d[0].track.size(), 1u);
+}
 
 TEST(SparseModelTextTest, TakesWhatPeopleWrite) {
   const TemporaryFolder folder;
@@ -311,6 +348,14 @@ TEST(SparseModelTextTest, ErrorsNameTheLine) {
   EXPECT_THAT(error_with("images.txt", "1 1 0 0 0 0 0 0 1\n\n"), HasSubstr("no image name"));
   EXPECT_THAT(error_with("images.txt", "1 1 0 0 0 0 0 0 1 a\n1 2\n"),
               HasSubstr("line 2: ends too early"));
+  // Features left out: the next image is where they should be.
+  EXPECT_THAT(error_with("images.txt", "1 1 0 0 0 0.5 0 0 1 a\n2 1 0.1 0 0 0 0 0 1 b\n"),
+              AllOf(HasSubstr("line 2: has '0.1'"), HasSubstr("an image takes two lines")));
+  EXPECT_THAT(error_with("cameras.txt", "1 PINHOLE 10 20 1,5 2 3 4\n"),
+              AllOf(HasSubstr("line 1: has '1,5'"), HasSubstr("a point instead of a comma")));
+  EXPECT_THAT(error_with("cameras.txt", std::string("\xff\xfe#\0\n\0", 6)), HasSubstr("UTF-16"));
+  EXPECT_THAT(error_with("points3D.txt", "1.5 1 2 3 4 5 6 0\n"), HasSubstr("whole number"));
+  EXPECT_THAT(error_with("points3D.txt", "-1.0 1 2 3 4 5 6 0\n"), HasSubstr("whole number"));
   EXPECT_THAT(error_with("points3D.txt", "1 1 2 3 4 5 256 0\n"), HasSubstr("at most 255"));
   EXPECT_THAT(error_with("rigs.txt", "1 999999999 CAMERA 1\n"), HasSubstr("more than it has room"));
   EXPECT_THAT(error_with("frames.txt", "1 4 1 0 0 0 0 0 0 1 LIDAR 1 5\n"),

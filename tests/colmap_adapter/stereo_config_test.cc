@@ -70,6 +70,38 @@ TEST_F(StereoConfigTest, ErrorsNameTheLine) {
   EXPECT_THAT(InputErrorOf([&] { ReadPatchMatchConfig(folder_.path()); }), HasSubstr("as a file"));
 }
 
+TEST_F(StereoConfigTest, RulesNameViewsAndRefuseUnknownNames) {
+  Scene scene;
+  for (const char* name : {"a.jpg", "b c.jpg", "d.jpg"}) {
+    scene.views.emplace_back();
+    scene.views.back().name = name;
+  }
+  const auto rules_of = [&](const std::string& text) {
+    WriteWholeFile(path_, text);
+    return ToSourceRules(ReadPatchMatchConfig(path_), scene, path_);
+  };
+  const auto rules = rules_of("# by hand\na.jpg\nd.jpg, b c.jpg\nd.jpg\n__auto__, 5\n");
+  ASSERT_EQ(rules.size(), 3u);
+  EXPECT_EQ(rules[0].kind, SourceRule::Kind::kListed);
+  EXPECT_EQ(rules[0].view_idxs, (std::vector<int>{2, 1}));
+  EXPECT_EQ(rules[1].kind, SourceRule::Kind::kNone);
+  EXPECT_EQ(rules[2].kind, SourceRule::Kind::kBest);
+  EXPECT_EQ(rules[2].max_count, 5);
+  EXPECT_EQ(rules_of("a.jpg\n__all__\n")[0].kind, SourceRule::Kind::kAll);
+  EXPECT_THAT(InputErrorOf([&] { rules_of("a.jpg\n\nd.jpg, e.jpg\n"); }),
+              HasSubstr("line 3: the sparse model has no image 'e.jpg'"));
+  EXPECT_THAT(InputErrorOf([&] { rules_of("x\n__all__\n"); }),
+              HasSubstr("line 1: the sparse model has no image 'x'"));
+  EXPECT_THAT(InputErrorOf([&] { rules_of("a.jpg\n__all__\na.jpg\n__all__\n"); }),
+              HasSubstr("line 3: 'a.jpg' is a reference for the second time"));
+}
+
+TEST_F(StereoConfigTest, ColmapsOwnListIsKnown) {
+  EXPECT_TRUE(AreColmapsDefault(Read("a.jpg\n__auto__, 20\nb.jpg\n__auto__, 20\n")));
+  EXPECT_FALSE(AreColmapsDefault(Read("a.jpg\n__auto__, 20\nb.jpg\n__auto__, 3\n")));
+  EXPECT_FALSE(AreColmapsDefault(Read("a.jpg\n__all__\n")));
+}
+
 TEST_F(StereoConfigTest, FusionConfigRoundTrip) {
   const std::vector<std::string> names = {"b.jpg", "sub/a c.jpg"};
   WriteFusionConfig(path_, names);

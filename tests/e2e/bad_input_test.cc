@@ -259,6 +259,33 @@ TEST(BadInput, DatabaseThatIsNone) {
   ExpectRefused(workspace, 3, {"d.db", "database"}, arguments);
 }
 
+TEST(BadInput, OutputsThatAreFolders) {
+  const SmallWorkspace workspace;
+  const fs::path folder = workspace / "out";
+  fs::create_directory(folder);
+  for (const char* overwrite : {"0", "1"}) {
+    ExpectError(RunProgram("lsmvs", {"visibility_mesher", "--input_type", "sparse", "--input_path",
+                                     workspace.text(), "--output_path", folder.string(),
+                                     "--overwrite", overwrite}),
+                3, {"out: is a folder", "name a file"});
+  }
+  EXPECT_TRUE(fs::is_empty(folder));
+}
+
+TEST(BadInput, SourcesThatAreNoPhotos) {
+  const SmallWorkspace workspace;
+  WriteText(workspace / "stereo/patch-match.cfg", "0000.png\n0001.png, 0009.png\n");
+  ExpectRefused(workspace, 3, {"patch-match.cfg", "line 2", "'0009.png'"});
+}
+
+TEST(BadInput, PhotosWithoutContrast) {
+  const SmallWorkspace workspace;
+  for (const auto& entry : fs::directory_iterator(workspace / "images")) {
+    WriteText(entry.path(), "P5\n128 96\n255\n" + std::string(128 * 96, '\x10'));
+  }
+  ExpectRefused(workspace, 3, {"5 of 5 photos have no contrast", "0000.png (16 to 16 of 255)"});
+}
+
 TEST(BadInput, RunRecordThatIsNone) {
   const SmallWorkspace workspace;
   WriteText(workspace / "lsmvs/run.json", "{ not json");

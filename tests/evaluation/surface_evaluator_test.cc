@@ -126,6 +126,18 @@ TEST(SurfaceEvaluator, CloudsAreJudgedByTheirPoints) {
   EXPECT_EQ(result.completeness.shares[2], 1);
 }
 
+// A clump of wrong points counts by the area that it covers, not by their number.
+TEST(SurfaceEvaluator, AccuracyOfACloudGoesByArea) {
+  TriangleMesh cloud;
+  for (int i = 0; i < 100; ++i) {
+    for (int j = 0; j < 100; ++j) cloud.vertices.emplace_back(0.05 + 0.1 * i, 0.05 + 0.1 * j, 0);
+  }
+  for (int k = 0; k < 20000; ++k) cloud.vertices.emplace_back(5, 5 + 1e-7 * k, 1);
+  const SurfaceEvaluation result =
+      EvaluateSurface(cloud, PlaneMesh(10, 10, 0), {}, SurfaceEvaluationOptions(), RunContext(1));
+  EXPECT_NEAR(result.accuracy.shares[1], 10000.0 / 10001.0, 2e-4);
+}
+
 TEST(SurfaceEvaluator, TruthMayBeACloud) {
   TriangleMesh scan = PlaneMesh(10, 10, 0, 100);
   scan.faces.clear();

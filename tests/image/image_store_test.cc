@@ -4,6 +4,8 @@
 
 #include <atomic>
 #include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,12 @@ class ImageStoreTest : public ::testing::Test {
     return {
         path, "", {image.width, image.height, focal, focal, 0.5 * image.width, 0.5 * image.height}};
   }
+  ImageSource SaveMat(const std::string& name, const cv::Mat& image) {
+    const std::string path = (folder_.path() / name).string();
+    constexpr int kNone = 1;  // else three floats become 16 bits of LogLuv
+    cv::imwrite(path, image, {cv::IMWRITE_TIFF_COMPRESSION, kNone});
+    return {path, "", {image.cols, image.rows, 50, 50, 0.5 * image.cols, 0.5 * image.rows}};
+  }
   static std::string ErrorOf(const ImageStore& store) {
     try {
       store.Gray(0, 0);
@@ -66,6 +74,99 @@ TEST_F(ImageStoreTest, DecodesColoursAndTheGreyOfTheirWeights) {
   EXPECT_NEAR((*gray)(3, 0), 255, 1e-3);
   EXPECT_EQ((*gray)(3, 1), 0.0f);
   EXPECT_EQ(store.Mask(0, 0), nullptr);
+}
+
+// Cameras for machine vision write 10 to 14 bits into 16. White is the same for all photos, so that
+// one that is darker stays so.
+TEST_F(ImageStoreTest, SixteenBitsKeepTheirPrecisionAndShareTheirWhite) {
+  cv::Mat bright(3, 40, CV_16UC1), dark(3, 40, CV_16UC3);
+  for (int x = 0; x < 40; ++x) {
+    for (int y = 0; y < 3; ++y) {
+      bright.at<uint16_t>(y, x) = static_cast<uint16_t>(100 * x);
+      const auto value = static_cast<uint16_t>(10 * x + 3);
+      dark.at<cv::Vec3w>(y, x) = {value, value, value};
+    }
+  }
+  for (const std::string extension : {".tif", ".png"}) {
+    const ImageStore store({SaveMat("dark" + extension, dark), SaveMat("b" + extension, bright),
+                            Save("eight.png", Ramp(40, 3))},
+                           {});
+    for (const int x : {0, 7, 39}) {
+      EXPECT_NEAR((*store.Gray(0, 0))(x, 1), (10 * x + 3) * 255.0 / 4095, 0.05);
+      EXPECT_NEAR((*store.Gray(1, 0))(x, 1), 100 * x * 255.0 / 4095, 0.01);
+      EXPECT_NEAR((*store.Colors(1, 0))(x, 2).x(), 100 * x * 255.0 / 4095, 0.51);
+    }
+    EXPECT_NEAR((*store.Gray(2, 0))(0, 0), 20 + 150 / 80 + 60 / 6, 1.0);
+  }
+}
+
+TEST_F(ImageStoreTest, FloatsRunFromZeroToOneOrToTheLargest) {
+  for (const float white : {1.0f, 255.0f}) {
+    cv::Mat gray(2, 11, CV_32FC1), color(2, 11, CV_32FC3);
+    for (int x = 0; x < 11; ++x) {
+      for (int y = 0; y < 2; ++y) {
+        const float value = white * static_cast<float>(x) / 10;
+        gray.at<float>(y, x) = value;
+        color.at<cv::Vec3f>(y, x) = {value, value, value};
+      }
+    }
+    gray.at<float>(0, 5) = NAN;
+    const ImageStore store({SaveMat("g.tif", gray), SaveMat("c.tif", color)}, {});
+    for (const int view : {0, 1}) {
+      EXPECT_NEAR((*store.Gray(view, 0))(7, 1), 0.7 * 255, 0.01);
+      EXPECT_NEAR((*store.Colors(view, 0))(7, 1).y(), 0.7 * 255, 0.51);
+    }
+    EXPECT_EQ((*store.Gray(0, 0))(5, 0), 0.0f);
+  }
+}
+
+// Thermal cameras write absolute temperatures: a small range far above 0.
+TEST_F(ImageStoreTest, ASmallRangeFarAboveZeroIsStretched) {
+  cv::Mat cold(20, 100, CV_16UC1), warm(20, 100, CV_16UC1);
+  for (int x = 0; x < 100; ++x) {
+    cold.col(x).setTo(29000 + 5 * x);
+    warm.col(x).setTo(29500 + 5 * x);
+  }
+  const ImageStore store({SaveMat("c.tif", cold), SaveMat("w.tif", warm)}, {});
+  EXPECT_LT((*store.Gray(0, 0))(0, 3), 15);
+  EXPECT_GT((*store.Gray(1, 0))(99, 3), 240);
+  // The same temperature is the same grey in both.
+  EXPECT_NEAR((*store.Gray(0, 0))(99, 3) + 1.2, (*store.Gray(1, 0))(0, 3), 0.3);
+}
+
+TEST_F(ImageStoreTest, AlphaOfZeroIsMasked) {
+  cv::Mat image(4, 8, CV_8UC4, cv::Scalar(10, 20, 30, 255));
+  image(cv::Rect(0, 0, 3, 4)).setTo(cv::Scalar(10, 20, 30, 0));
+  ImageSource source = SaveMat("a.png", image);
+  EXPECT_TRUE(HasAlpha(source.path));
+  EXPECT_EQ(ImageStore({source}, {}).Mask(0, 0), nullptr);
+  source.alpha_is_mask = true;
+  const ImageStore store({source}, {});
+  EXPECT_EQ((*store.Mask(0, 0))(2, 1), 0);
+  EXPECT_NE((*store.Mask(0, 0))(3, 1), 0);
+  EXPECT_EQ((*store.Colors(0, 0))(0, 0), Color(30, 20, 10));
+  // Together with a mask file.
+  cv::Mat mask(4, 8, CV_8UC1, cv::Scalar(255));
+  mask.row(3).setTo(0);
+  source.mask_path = SaveMat("m.png", mask).path;
+  const ImageStore both({source}, {});
+  EXPECT_EQ((*both.Mask(0, 0))(2, 1), 0);
+  EXPECT_EQ((*both.Mask(0, 0))(5, 3), 0);
+  EXPECT_NE((*both.Mask(0, 0))(5, 2), 0);
+  // Alpha that is 0 everywhere says nothing.
+  image.setTo(cv::Scalar(1, 2, 3, 0));
+  source = SaveMat("none.png", image);
+  source.alpha_is_mask = true;
+  EXPECT_NE((*ImageStore({source}, {}).Mask(0, 0))(0, 0), 0);
+}
+
+TEST_F(ImageStoreTest, AMissingPhotoIsBlackAndMasked) {
+  ImageSource source{"/no/such/photo.png", "", {12, 8, 10, 10, 6, 4}};
+  source.is_missing = true;
+  const ImageStore store({source}, {});
+  EXPECT_EQ(store.Gray(0, 1)->width, 6);
+  EXPECT_EQ((*store.Colors(0, 0))(3, 3), Color(0, 0, 0));
+  for (const uint8_t used : store.Mask(0, 1)->pixels) EXPECT_EQ(used, 0);
 }
 
 TEST_F(ImageStoreTest, LevelsShowTheSameFieldOfViewAsTheirCameras) {

@@ -101,12 +101,23 @@ TEST_F(PlyTest, LargeOffsetLosesNothing) {
   }
 }
 
-TEST_F(PlyTest, HeaderIsColmaps) {
+// OpenMVS knows faces by the name vertex_indices alone; other programs know both names or read any.
+TEST_F(PlyTest, HeaderIsOneThatEveryProgramReads) {
   WriteMeshPly(Path(), Sphere({0, 0, 0}, 1.0).Mesh(2));
   EXPECT_EQ(Bytes().substr(0, Bytes().find("end_header")),
             "ply\nformat binary_little_endian 1.0\nelement vertex 12\nproperty float x\n"
             "property float y\nproperty float z\nelement face 20\n"
-            "property list uchar int vertex_index\n");
+            "property list uchar int vertex_indices\n");
+}
+
+TEST_F(PlyTest, ReadsFacesOfEitherName) {
+  for (const char* name : {"vertex_index", "vertex_indices"}) {
+    const TriangleMesh mesh = ReadText(
+        std::string("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                    "property float z\nelement face 1\nproperty list uchar int ") +
+        name + "\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    EXPECT_EQ(mesh.faces, (std::vector<Eigen::Vector3i>{{0, 1, 2}})) << name;
+  }
 }
 
 TEST_F(PlyTest, AsciiWithCommentsPolygonsAndWindowsLines) {

@@ -187,6 +187,27 @@ TEST(SelectNeighbors, WithoutTracksTheNearestViewsThatLookTheSameWay) {
   }
 }
 
+// Crops of panoramas with poses only: no depth comes from a crop of the same panorama.
+TEST(SelectNeighbors, WithoutTracksNeverFromTheSamePlaceAndThoseThatLookTheSameWayFirst) {
+  Scene scene;
+  for (int place = 0; place < 4; ++place) {
+    for (int crop = 0; crop < 5; ++crop) {
+      View view;
+      view.cam_from_world.rotation =
+          Eigen::AngleAxisd(0.35 * crop, Eigen::Vector3d::UnitY()).toRotationMatrix();
+      view.cam_from_world.translation =
+          -(view.cam_from_world.rotation * Eigen::Vector3d(place, 0, 1e-9 * crop));
+      scene.views.push_back(view);
+    }
+  }
+  const auto neighbors = SelectNeighbors(scene, {}, RunContext(2));
+  for (int v = 0; v < 20; ++v) {
+    ASSERT_FALSE(neighbors[v].empty());
+    EXPECT_EQ(neighbors[v][0].view_idx % 5, v % 5);
+    for (const Neighbor& n : neighbors[v]) EXPECT_NE(n.view_idx / 5, v / 5);
+  }
+}
+
 TEST(SelectNeighbors, IsInvariantToScaleRotationAndTranslation) {
   const Scene scene = RingScene(10, 200.0);
   const Eigen::Quaterniond turn(0.3, 0.5, -0.2, 0.9);

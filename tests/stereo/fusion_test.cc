@@ -138,6 +138,28 @@ TEST(FuseDepthMaps, DropsWhatAPairSeesWhereAnotherViewSeesThroughIt) {
   for (const Eigen::Vector3f& x : cloud.positions) ASSERT_LT(x.z(), 0.85f);
 }
 
+// Two views from one place see the same, and say no more than one of them.
+TEST(FuseDepthMaps, ViewsFromOnePlaceDoNotConfirmEachOther) {
+  TrueMaps input(ShapeName::kRelief);
+  FusionOptions options;
+  options.weak_max_reproj_error = 0;
+  ASSERT_GT(input.Fuse(options).size(), 5000u);
+  // All photos come from two places only.
+  for (size_t v = 0; v < input.maps.size(); ++v) {
+    input.synthetic.scene.views[v].cam_from_world =
+        input.synthetic.scene.views[v % 2 == 0 ? 2 : 3].cam_from_world;
+    input.maps[v] =
+        TrueDepthMap(*input.synthetic.shape, input.synthetic.scene.views[v], RunContext(1));
+    input.neighbors[v].clear();
+    for (int other = 0; other < 6; ++other) {
+      if (other != static_cast<int>(v)) input.neighbors[v].push_back({other, 1.0, 10, 10});
+    }
+  }
+  EXPECT_EQ(input.Fuse(options).size(), 0u);
+  options.min_num_pixels = 2;
+  EXPECT_GT(input.Fuse(options).size(), 3000u);
+}
+
 TEST(FuseDepthMaps, DropsScatteredPairs) {
   TrueMaps input(ShapeName::kStep);
   KeepOnePair(&input);

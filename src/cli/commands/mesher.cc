@@ -8,6 +8,7 @@
 #include "lsmvs/cli/run_reconstruction.h"
 #include "lsmvs/cli/stage_options.h"
 #include "lsmvs/colmap_adapter/prepare_workspace.h"
+#include "lsmvs/colmap_adapter/undistorted_masks.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
@@ -30,33 +31,39 @@ std::vector<std::pair<std::string, StageChoice>> StageNames(const std::string& o
 class MesherCommand : public Command {
  public:
   CommandInfo Info() const override {
-    return {"lsmvs-mesher",
-            "From what `colmap mapper` leaves to a refined mesh, in one command",
-            "WORKSPACE is a COLMAP project (images/ and sparse/0, sparse/1, ...), whose models are "
-            "undistorted by `colmap "
-            "image_undistorter` into dense/0, dense/1, ...; or a folder that "
-            "automatic_reconstructor made; or a dense workspace "
-            "itself. Each dense workspace is taken through these stages:\n"
-            "- patch_match_stereo: depth and normal maps in stereo/ (COLMAP's format)\n"
-            "- stereo_fusion: fused.ply and fused.ply.vis (COLMAP's format)\n"
-            "- quasi_dense_matcher, in the place of these two with --quality low or "
-            "--point_source quasi_dense: fused.ply and fused.ply.vis from interest points\n"
-            "- visibility_mesher: meshed-visibility.ply\n"
-            "- mesh_refiner: meshed-refined.ply, with vertex colours\n"
-            "lsmvs/run.json keeps, for each stage, options, input hashes, time, memory and counts. "
-            "A rerun skips what is up to "
-            "date; a stopped or killed run goes on where it was. Files that COLMAP or you made are "
-            "never replaced without "
-            "--overwrite: depth maps and a fused.ply that are there are used as they are, a mesh "
-            "in the way stops the run.\n"
-            "The first Ctrl-C ends the run cleanly, a second one at once. The result does not "
-            "depend on the number of threads.",
-            {"lsmvs-mesher project", "lsmvs-mesher project --quality low",
-             "lsmvs-mesher project --quality medium --max_memory 8GB",
-             "lsmvs-mesher project/dense/0 --from visibility_mesher "
-             "--VisibilityMeshing.max_proj_dist 1"},
-            {"workspace_path"},
-            "workspace_path"};
+    return {
+        "lsmvs-mesher",
+        "From what `colmap mapper` leaves to a refined mesh, in one command",
+        "WORKSPACE is a COLMAP project (images/ and sparse/0, sparse/1, ...), whose models are "
+        "undistorted by `colmap "
+        "image_undistorter` into dense/0, dense/1, ...; or a folder that "
+        "automatic_reconstructor made; or a dense workspace "
+        "itself. Each dense workspace is taken through these stages:\n"
+        "- patch_match_stereo: depth and normal maps in stereo/ (COLMAP's format)\n"
+        "- stereo_fusion: fused.ply and fused.ply.vis (COLMAP's format)\n"
+        "- quasi_dense_matcher, in the place of these two with --quality low or "
+        "--point_source quasi_dense: fused.ply and fused.ply.vis from interest points\n"
+        "- visibility_mesher: meshed-visibility.ply\n"
+        "- mesh_refiner: meshed-refined.ply, with vertex colours\n"
+        "lsmvs/run.json keeps, for each stage, options, input hashes, time, memory and counts. "
+        "A rerun skips what is up to "
+        "date; a stopped or killed run goes on where it was. Files that COLMAP or you made are "
+        "never replaced without "
+        "--overwrite: depth maps and a fused.ply that are there are used as they are, a mesh "
+        "in the way stops the run.\n"
+        "The first Ctrl-C ends the run cleanly, a second one at once. The result does not "
+        "depend on the number of threads.",
+        {"lsmvs-mesher project", "lsmvs-mesher project --quality low",
+         "lsmvs-mesher project --quality medium --max_memory 8GB",
+         "lsmvs-mesher project/dense/0 --from visibility_mesher "
+         "--VisibilityMeshing.max_proj_dist 1"},
+        {"workspace_path"},
+        "workspace_path",
+        {"log_to_stderr", "use_gpu", "gpu_index", "sparse", "dense", "PatchMatchStereo.gpu_index",
+         "PatchMatchStereo.num_samples", "PatchMatchStereo.ncc_sigma",
+         "PatchMatchStereo.incident_angle_sigma", "PatchMatchStereo.cache_size",
+         "PatchMatchStereo.write_consistency_graph", "StereoFusion.max_traversal_depth",
+         "StereoFusion.use_cache", "StereoFusion.cache_size"}};
   }
 
   void Describe(OptionSet* options) override {
@@ -85,7 +92,13 @@ class MesherCommand : public Command {
                  "says; -1 takes them as they "
                  "are. Time and memory go with its square.",
                  {-1, 1000000});
-    stage_.DescribeMaskPath(options);
+    options->Add("mask_path", &stage_.mask_path,
+                 "Folder with masks: of photo a/b.jpg it is a/b.jpg.png or a/b.png; black pixels "
+                 "are not used. Masks of a project are those of its photos, as given to COLMAP's "
+                 "--ImageReader.mask_path, and are undistorted with them; masks of a dense "
+                 "workspace are those of its undistorted images.");
+    stage_.DescribeAlphaMask(options);
+    stage_.DescribeSkipMissingImages(options);
     stage_.DescribeBoundingBox(options);
     stage_.DescribeDatabasePath(options);
     options->AddEnum("from", &from_,
@@ -133,10 +146,24 @@ class MesherCommand : public Command {
 
   void RunWorkspace(const WorkspaceEntry& entry, const CommandContext& context) {
     const DenseWorkspace workspace = Prepare(entry, context);
-    const auto reconstruction = OpenReconstruction(workspace, stage_, options_, context);
+    StageOptions stage = stage_;
+    if (UsesPhotos()) stage.mask_path = Masks(entry, context);
+    const auto reconstruction = OpenReconstruction(
+        workspace, stage, options_, context, UsesPhotos() ? PhotoUse::kPixels : PhotoUse::kNothing);
     RunPlanned(workspace, *reconstruction, MakeReconstructionTasks(reconstruction, From(), To()),
                stage_.overwrite, context);
     if (report_) WriteReport(workspace, context);
+  }
+
+  // A cloud is meshed without.
+  bool UsesPhotos() const {
+    return From() != ReconstructionStage::kSurface || To() != ReconstructionStage::kSurface;
+  }
+
+  // Folder of the masks of the workspace's images.
+  std::string Masks(const WorkspaceEntry& entry, const CommandContext& context) const {
+    const MaskOptions options{stage_.mask_path, stage_.alpha_is_mask};
+    return PrepareMasks(entry, options, ColmapRunner(), context.run);
   }
 
   static void WriteReport(const DenseWorkspace& workspace, const CommandContext& context) {
@@ -150,6 +177,7 @@ class MesherCommand : public Command {
     context.display->Begin("undistortion by colmap");
     PrepareWorkspaceOptions options;
     options.image_folder = image_path_;
+    options.skip_missing_images = stage_.skip_missing_images;
     const DenseWorkspace workspace =
         PrepareDenseWorkspace(entry, ColmapRunner(), options, context.run);
     context.display->End(workspace.folder.string());

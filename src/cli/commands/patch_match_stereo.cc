@@ -20,15 +20,28 @@ class PatchMatchStereoCommand : public Command {
         "`colmap stereo_fusion` reads them.\n"
         "Maps that are there are kept: a stopped run goes on at the next photo, and maps that "
         "COLMAP made are used "
-        "(--overwrite replaces those).",
+        "(--overwrite replaces those).\n"
+        "stereo/patch-match.cfg is honoured, as in COLMAP: pairs of lines, the name of a photo and "
+        "its sources: names with commas between, best first (the first "
+        "--PatchMatchStereo.max_num_neighbors of them are used); or __all__; or __auto__, N: "
+        "those that this program selects, at most N. Photos that are not listed get no depth. A "
+        "list of __auto__, 20 alone, as COLMAP "
+        "writes it, says nothing.",
         {"lsmvs patch_match_stereo --workspace_path project/dense/0"},
         {"workspace_path"},
-        "workspace_path"};
+        "workspace_path",
+        {"pmvs_option_name", "log_to_stderr", "PatchMatchStereo.gpu_index",
+         "PatchMatchStereo.num_samples", "PatchMatchStereo.ncc_sigma",
+         "PatchMatchStereo.incident_angle_sigma", "PatchMatchStereo.cache_size",
+         "PatchMatchStereo.write_consistency_graph"}};
   }
 
   void Describe(OptionSet* options) override {
     stage_.DescribeWorkspace(options);
     stage_.DescribeMaskPath(options);
+    stage_.DescribeAlphaMask(options);
+    stage_.DescribeSourcesPath(options);
+    stage_.DescribeSkipMissingImages(options);
     stage_.DescribeOverwrite(options);
     stage_.DescribeMaxImageSize("PatchMatchStereo.max_image_size", options);
     options_.patch_match.Describe(options);

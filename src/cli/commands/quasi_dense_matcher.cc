@@ -27,6 +27,9 @@ class QuasiDenseMatcherCommand : public Command {
     stage_.DescribeWorkspace(options);
     options->Add("output_path", &output_path_, "The cloud to write, such as WORKSPACE/fused.ply.");
     stage_.DescribeMaskPath(options);
+    stage_.DescribeAlphaMask(options);
+    stage_.DescribeSourcesPath(options);
+    stage_.DescribeSkipMissingImages(options);
     stage_.DescribeDatabasePath(options);
     stage_.DescribeBoundingBox(options);
     stage_.DescribeOverwrite(options);

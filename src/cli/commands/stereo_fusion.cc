@@ -20,11 +20,14 @@ class StereoFusionCommand : public Command {
             "cloud. Writes --output_path in "
             "COLMAP's format (position, normal, colour) and beside it <output_path>.vis, the views "
             "that see each point: both "
-            "are needed by `lsmvs visibility_mesher` and `colmap delaunay_mesher`.",
+            "are needed by `lsmvs visibility_mesher` and `colmap delaunay_mesher`. Depth maps "
+            "without normal maps will do: the normals are derived from the depths.",
             {"lsmvs stereo_fusion --workspace_path project/dense/0 --output_path "
              "project/dense/0/fused.ply"},
             {"workspace_path", "output_path"},
-            "workspace_path"};
+            "workspace_path",
+            {"pmvs_option_name", "log_to_stderr", "StereoFusion.max_traversal_depth",
+             "StereoFusion.use_cache", "StereoFusion.cache_size"}};
   }
 
   void Describe(OptionSet* options) override {
@@ -36,6 +39,9 @@ class StereoFusionCommand : public Command {
     options->AddEnum("output_type", &output_type_, "Format of the cloud.",
                      {{"PLY", CloudFormat::kPly}});
     stage_.DescribeBoundingBox(options);
+    stage_.DescribeBoxPath(options);
+    stage_.DescribeAlphaMask(options);
+    stage_.DescribeSkipMissingImages(options);
     stage_.DescribeOverwrite(options);
     options->Add(
         "StereoFusion.mask_path", &stage_.mask_path,

@@ -20,16 +20,21 @@ class VisibilityMesherCommand : public Command {
             "tetrahedralisation. Reads fused.ply and fused.ply.vis of a dense workspace (or with "
             "--input_type sparse the points "
             "of its sparse model) and writes a triangle mesh with colours and normals, and "
-            "beside it OUTPUT.vis: the views of each vertex, in the format of fused.ply.vis.",
+            "beside it OUTPUT.vis: the views of each vertex, in the format of fused.ply.vis. The "
+            "photos need not be there.",
             {"lsmvs visibility_mesher --input_path project/dense/0 --output_path "
-             "project/dense/0/meshed-visibility.ply"},
+             "project/dense/0/meshed-visibility.ply",
+             "lsmvs visibility_mesher --input_type sparse --input_path project/sparse/0 "
+             "--output_path project/meshed-sparse.ply"},
             {"input_path", "output_path"},
-            "input_path"};
+            "input_path",
+            {"log_to_stderr"}};
   }
 
   void Describe(OptionSet* options) override {
     options->Add("input_path", &stage_.workspace_path,
-                 "Dense workspace that holds fused.ply and fused.ply.vis.");
+                 "Dense workspace that holds fused.ply and fused.ply.vis; with --input_type sparse "
+                 "the sparse model's folder, as COLMAP's, or the workspace or project.");
     options->AddEnum("input_type", &input_type_,
                      "Points to mesh: the fused cloud or the sparse model's.",
                      {{"dense", CloudKind::kDense}, {"sparse", CloudKind::kSparse}});
@@ -42,10 +47,11 @@ class VisibilityMesherCommand : public Command {
   void Run(const CommandContext& context) override {
     stage_.Apply(&options_);
     const DenseWorkspace workspace = stage_.Workspace();
-    const auto reconstruction = OpenReconstruction(workspace, stage_, options_, context);
-    Task task = input_type_ == CloudKind::kSparse
-                    ? MakeSparseSurfaceTask(reconstruction, output_path_)
-                    : MakeSurfaceTask(reconstruction, workspace.FusedPath(), output_path_);
+    const bool sparse = input_type_ == CloudKind::kSparse;
+    const auto reconstruction = OpenReconstruction(
+        workspace, stage_, options_, context, sparse ? PhotoUse::kNoCamera : PhotoUse::kNothing);
+    Task task = sparse ? MakeSparseSurfaceTask(reconstruction, output_path_)
+                       : MakeSurfaceTask(reconstruction, workspace.FusedPath(), output_path_);
     RenameForOutput(workspace.VisibilityMeshPath(), &task);
     RunPlanned(workspace, *reconstruction, {task}, stage_.overwrite, context);
   }

@@ -1,0 +1,71 @@
+#include "lsmvs/cli/check_contrast.h"
+
+#include <fmt/format.h>
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "lsmvs/image/largest_image.h"
+#include "lsmvs/util/error.h"
+
+namespace lsmvs {
+
+namespace {
+
+// Grey levels of 256 between the quantiles below which nothing can be matched.
+constexpr float kMinRange = 6;
+constexpr double kQuantile = 0.01;
+constexpr size_t kMaxSamples = 100'000;
+constexpr size_t kNamesListed = 5;
+
+struct GrayRange {
+  float low = 0, high = 255;
+  bool HasContrast() const { return high - low >= kMinRange; }
+};
+
+// Full where all is masked: that is meant so.
+GrayRange RangeOf(const ImageStore& images, int view_idx) {
+  const auto gray = images.Gray(view_idx, 0);
+  const auto mask = images.Mask(view_idx, 0);
+  std::vector<float> values;
+  const size_t stride = gray->size() / kMaxSamples + 1;
+  for (size_t i = 0; i < gray->size(); i += stride) {
+    if (mask == nullptr || mask->pixels[i] != 0) values.push_back(gray->pixels[i]);
+  }
+  if (values.empty()) return {};
+  const auto at = [&](double quantile) {
+    const auto place = values.begin() + static_cast<std::ptrdiff_t>(
+                                            quantile * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), place, values.end());
+    return *place;
+  };
+  return {at(kQuantile), at(1 - kQuantile)};
+}
+
+}  // namespace
+
+void CheckContrast(const Scene& scene, const ImageStore& images, const RunContext& context) {
+  std::vector<GrayRange> ranges(scene.views.size());
+  ParallelFor(context, ranges.size(), 1, [&](size_t v) {
+    ranges[v] = RangeOf(images, static_cast<int>(v));
+    TrimToViewsHeld(images);
+  });
+  std::string names;
+  size_t num_flat = 0;
+  for (size_t v = 0; v < ranges.size(); ++v) {
+    if (ranges[v].HasContrast() || ++num_flat > kNamesListed) continue;
+    names += fmt::format("{}{} ({:.0f} to {:.0f} of 255)", names.empty() ? "" : ", ",
+                         scene.views[v].name, ranges[v].low, ranges[v].high);
+  }
+  if (num_flat == 0) return;
+  const std::string what =
+      fmt::format("{} of {} photos have no contrast: {}{}", num_flat, ranges.size(), names,
+                  num_flat > kNamesListed ? ", ..." : "");
+  if (num_flat == ranges.size()) {
+    throw InputError(scene.image_folder, what, "export the photos again with their full range");
+  }
+  LOG(WARNING) << scene.image_folder << ": " << what << "; they will hardly give depth";
+}
+
+}  // namespace lsmvs
