@@ -11,8 +11,8 @@ namespace lsmvs {
 
 namespace {
 
-// Robust error (CorrelationOptions) of photos that have nothing in common, ZNCC 0.
-constexpr double kWorstError = 0.33;
+// Robust error (CorrelationOptions) of photos that have nothing in common, ZNCC about -0.2.
+constexpr double kWorstError = 0.35;
 // What speaks for a face about which the photos say nothing.
 constexpr double kSilentGain = 0.25;
 // Texture in this part of a face's pixels tells all that there is to tell.

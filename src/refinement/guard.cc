@@ -11,8 +11,9 @@ namespace lsmvs {
 
 namespace {
 
-// A rise of the mean error below this part is noise: it is a mean over some thousand windows.
-constexpr double kRelativeTolerance = 0.005;
+// A rise of the mean error below this part is noise: it is a mean over some hundred independent
+// windows of pairs that took no part.
+constexpr double kRelativeTolerance = 0.03;
 constexpr double kMinMassKept = 0.4;
 constexpr int kFadeRings = 3;
 constexpr double kMaxRoundingPart = 0.01;
