@@ -78,7 +78,8 @@ void WarnOfIgnored(const std::vector<std::string>& groups) {
 void RunWithOptions(const CommonOptions& common, Command* command) {
   const std::atomic<bool>* cancel = InstallSignalHandlers();
   ProgressDisplay display;
-  CommandContext context{common.MakeRunContext(cancel), &display};
+  const size_t process_bytes = ResidentBytes();
+  CommandContext context{common.MakeRunContext(cancel), &display, process_bytes};
   context.run.set_progress(&display);
   try {
     command->Run(context);

@@ -22,6 +22,8 @@ struct StageOptions {
   std::string bounding_box;
   int max_image_size = -1;  // as COLMAP's: -1 or 0 is the full size
   bool overwrite = false;
+  bool ignore_disk_space = false;
+  bool keep_photometric_maps = true;
 
   void DescribeWorkspace(OptionSet* options);
   void DescribeMaskPath(OptionSet* options);
@@ -29,7 +31,11 @@ struct StageOptions {
   void DescribeBoundingBox(OptionSet* options);
   // `name`: COLMAP's, with the stage's group.
   void DescribeMaxImageSize(const std::string& name, OptionSet* options);
+  // How results are written: overwrite, ignore_disk_space.
   void DescribeOverwrite(OptionSet* options);
+
+  // `keep`: the default.
+  void DescribePhotometricMaps(bool keep, OptionSet* options);
 
   // Puts what concerns all stages into their options.
   void Apply(ReconstructionOptions* options) const;

@@ -30,33 +30,35 @@ std::vector<std::pair<std::string, StageChoice>> StageNames(const std::string& o
 class MesherCommand : public Command {
  public:
   CommandInfo Info() const override {
-    return {"lsmvs-mesher",
-            "From what `colmap mapper` leaves to a refined mesh, in one command",
-            "WORKSPACE is a COLMAP project (images/ and sparse/0, sparse/1, ...), whose models are "
-            "undistorted by `colmap "
-            "image_undistorter` into dense/0, dense/1, ...; or a folder that "
-            "automatic_reconstructor made; or a dense workspace "
-            "itself. Each dense workspace is taken through these stages:\n"
-            "- patch_match_stereo: depth and normal maps in stereo/ (COLMAP's format)\n"
-            "- stereo_fusion: fused.ply and fused.ply.vis (COLMAP's format)\n"
-            "- quasi_dense_matcher, in the place of these two with --quality low or "
-            "--point_source quasi_dense: fused.ply and fused.ply.vis from interest points\n"
-            "- visibility_mesher: meshed-visibility.ply\n"
-            "- mesh_refiner: meshed-refined.ply, with vertex colours\n"
-            "lsmvs/run.json keeps, for each stage, options, input hashes, time, memory and counts. "
-            "A rerun skips what is up to "
-            "date; a stopped or killed run goes on where it was. Files that COLMAP or you made are "
-            "never replaced without "
-            "--overwrite: depth maps and a fused.ply that are there are used as they are, a mesh "
-            "in the way stops the run.\n"
-            "The first Ctrl-C ends the run cleanly, a second one at once. The result does not "
-            "depend on the number of threads.",
-            {"lsmvs-mesher project", "lsmvs-mesher project --quality low",
-             "lsmvs-mesher project --quality medium --max_memory 8GB",
-             "lsmvs-mesher project/dense/0 --from visibility_mesher "
-             "--VisibilityMeshing.max_proj_dist 1"},
-            {"workspace_path"},
-            "workspace_path"};
+    return {
+        "lsmvs-mesher",
+        "From what `colmap mapper` leaves to a refined mesh, in one command",
+        "WORKSPACE is a COLMAP project (images/ and sparse/0, sparse/1, ...), whose models are "
+        "undistorted by `colmap "
+        "image_undistorter` into dense/0, dense/1, ...; or a folder that "
+        "automatic_reconstructor made; or a dense workspace "
+        "itself. Each dense workspace is taken through these stages:\n"
+        "- patch_match_stereo: depth and normal maps in stereo/ (COLMAP's format); those of the "
+        "photometric pass only until the geometric ones are done\n"
+        "- stereo_fusion: fused.ply and fused.ply.vis (COLMAP's format)\n"
+        "- quasi_dense_matcher, in the place of these two with --quality low or "
+        "--point_source quasi_dense: fused.ply and fused.ply.vis from interest points\n"
+        "- visibility_mesher: meshed-visibility.ply\n"
+        "- mesh_refiner: meshed-refined.ply, with vertex colours\n"
+        "lsmvs/run.json keeps, for each stage, options, input hashes, time, memory and counts. "
+        "A rerun skips what is up to "
+        "date; a stopped or killed run goes on where it was. Files that COLMAP or you made are "
+        "never replaced without "
+        "--overwrite: depth maps and a fused.ply that are there are used as they are, a mesh "
+        "in the way stops the run.\n"
+        "The first Ctrl-C ends the run cleanly, a second one at once. The result does not "
+        "depend on the number of threads.",
+        {"lsmvs-mesher project", "lsmvs-mesher project --quality low",
+         "lsmvs-mesher project --quality medium --max_memory 8GB",
+         "lsmvs-mesher project/dense/0 --from visibility_mesher "
+         "--VisibilityMeshing.max_proj_dist 1"},
+        {"workspace_path"},
+        "workspace_path"};
   }
 
   void Describe(OptionSet* options) override {
@@ -93,6 +95,7 @@ class MesherCommand : public Command {
                      StageNames("first"));
     options->AddEnum("to", &to_, "Last stage.", StageNames("last"));
     stage_.DescribeOverwrite(options);
+    stage_.DescribePhotometricMaps(false, options);
     options->Add("report", &report_,
                  "End with a page that shows the meshes beside COLMAP's, those that are there: "
                  "lsmvs/report/index.html (see lsmvs mesh_comparer).");
@@ -107,6 +110,7 @@ class MesherCommand : public Command {
   void Run(const CommandContext& context) override {
     CheckStages(options_.point_source, From(), To());
     if (max_image_size_.has_value()) options_.max_image_size = std::max(0, *max_image_size_);
+    options_.keep_photometric_maps = stage_.keep_photometric_maps;
     options_.bounding_box = ParseBox("bounding_box", stage_.bounding_box);
     std::optional<Error> first_error;
     const auto entries = FindDenseWorkspaces(stage_.workspace_path, image_path_);
@@ -135,7 +139,7 @@ class MesherCommand : public Command {
     const DenseWorkspace workspace = Prepare(entry, context);
     const auto reconstruction = OpenReconstruction(workspace, stage_, options_, context);
     RunPlanned(workspace, *reconstruction, MakeReconstructionTasks(reconstruction, From(), To()),
-               stage_.overwrite, context);
+               stage_, context);
     if (report_) WriteReport(workspace, context);
   }
 
