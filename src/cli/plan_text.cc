@@ -127,15 +127,18 @@ std::vector<std::string> NeighborNotes(const Scene& scene,
     }
   }
   std::vector<std::string> notes;
-  const auto add = [&](const std::vector<std::string>& names, const std::string& text) {
+  const auto add = [&](const std::vector<std::string>& names, const char* one, const char* many) {
     if (names.empty()) return;
-    notes.push_back(fmt::format("{} {} {}: {}", names.size(),
-                                names.size() == 1 ? "photo" : "photos", text, FirstNames(names)));
+    notes.push_back(names.size() == 1
+                        ? fmt::format("1 photo {}: {}", one, names.front())
+                        : fmt::format("{} photos {}: {}", names.size(), many, FirstNames(names)));
   };
-  add(alone,
-      "without a neighbour (no other looks at the same place from a useful angle) get no depth");
-  add(single, "with a single neighbour get few depths that others confirm");
-  add(overlapping, "that share too few sparse points take their neighbours by overlap");
+  add(alone, "without a neighbour (no other shows the same place at a useful angle) gets no depth",
+      "without a neighbour (no other shows the same place at a useful angle) get no depth");
+  add(single, "with a single neighbour gets few depths that others confirm",
+      "with a single neighbour get few depths that others confirm");
+  add(overlapping, "that shares too few sparse points takes its neighbours by overlap",
+      "that share too few sparse points take their neighbours by overlap");
   return notes;
 }
 

@@ -29,9 +29,10 @@ std::optional<size_t> ElementCount(const std::filesystem::path& path, const std:
   }
 }
 
-size_t ExpectedVertices(const Reconstruction& reconstruction, size_t num_points) {
-  return EstimateVisibilityMesherVertices(
-      reconstruction.scene, num_points, NumPixels(reconstruction), reconstruction.options.surface);
+size_t ExpectedVertices(const Reconstruction& reconstruction, size_t num_points,
+                        PointSpacing spacing) {
+  return EstimateVisibilityMesherVertices(reconstruction.scene, num_points, spacing,
+                                          reconstruction.options.surface);
 }
 
 }  // namespace
@@ -46,14 +47,19 @@ size_t ExpectedPoints(const Reconstruction& reconstruction, const std::filesyste
   return static_cast<size_t>(kQuasiDenseShare * points);
 }
 
+PointSpacing ExpectedSpacing(const std::filesystem::path& cloud) {
+  return std::filesystem::exists(cloud) ? PointSpacing::kRandom : PointSpacing::kRegular;
+}
+
 double ExpectedViewsPerPoint(const Reconstruction& reconstruction) {
   return kViewsPerTrackView * MeanTrackLength(reconstruction.scene);
 }
 
 size_t ExpectedFaces(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {
   if (const auto count = ElementCount(mesh, "face")) return *count;
-  const size_t num_points = ExpectedPoints(reconstruction, reconstruction.files->CloudFile());
-  return kFacesPerVertex * ExpectedVertices(reconstruction, num_points);
+  const std::filesystem::path cloud = reconstruction.files->CloudFile();
+  const size_t num_points = ExpectedPoints(reconstruction, cloud);
+  return kFacesPerVertex * ExpectedVertices(reconstruction, num_points, ExpectedSpacing(cloud));
 }
 
 uint64_t ExpectedCloudBytes(const Reconstruction& reconstruction, size_t num_points) {
@@ -62,11 +68,12 @@ uint64_t ExpectedCloudBytes(const Reconstruction& reconstruction, size_t num_poi
   return static_cast<uint64_t>(bytes_per_point * static_cast<double>(num_points));
 }
 
-uint64_t ExpectedSurfaceBytes(const Reconstruction& reconstruction, size_t num_points) {
+uint64_t ExpectedSurfaceBytes(const Reconstruction& reconstruction, size_t num_points,
+                              PointSpacing spacing) {
   // As a point of a cloud; a vertex has the views of all points that it was merged from. A face has
   // its number of corners and three indices.
   constexpr uint64_t kFaceBytes = 1 + 3 * 4;
-  const size_t num_vertices = ExpectedVertices(reconstruction, num_points);
+  const size_t num_vertices = ExpectedVertices(reconstruction, num_points, spacing);
   return ExpectedCloudBytes(reconstruction, num_vertices) +
          kFacesPerVertex * kFaceBytes * num_vertices;
 }

@@ -12,6 +12,8 @@ namespace lsmvs {
 
 // Points of a cloud.
 size_t ExpectedPoints(const Reconstruction& reconstruction, const std::filesystem::path& cloud);
+// Clouds that are to be made are ours.
+PointSpacing ExpectedSpacing(const std::filesystem::path& cloud);
 // Views that see a point of a cloud of ours, in the mean.
 double ExpectedViewsPerPoint(const Reconstruction& reconstruction);
 // Faces of a mesh that the surface stage makes from the workspace's cloud.
@@ -20,7 +22,8 @@ size_t ExpectedFaces(const Reconstruction& reconstruction, const std::filesystem
 // On disk: a cloud with its visibility; a visibility mesh of so many points with its own; a refined
 // mesh.
 uint64_t ExpectedCloudBytes(const Reconstruction& reconstruction, size_t num_points);
-uint64_t ExpectedSurfaceBytes(const Reconstruction& reconstruction, size_t num_points);
+uint64_t ExpectedSurfaceBytes(const Reconstruction& reconstruction, size_t num_points,
+                              PointSpacing spacing);
 uint64_t ExpectedRefinedBytes(size_t num_input_faces);
 
 }  // namespace lsmvs

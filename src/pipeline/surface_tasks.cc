@@ -82,13 +82,13 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
 
 // `views_per_point`: in the mean.
 void SetSurfaceCost(const Reconstruction& reconstruction, size_t num_points, double views_per_point,
-                    Task* task) {
+                    PointSpacing spacing, Task* task) {
   const auto num_view_entries =
       static_cast<size_t>(views_per_point * static_cast<double>(num_points));
-  task->cost = EstimateVisibilityMesherCost(
-      reconstruction.scene, num_points, num_view_entries, NumPixels(reconstruction),
-      reconstruction.options.surface, reconstruction.num_threads);
-  task->output_bytes = ExpectedSurfaceBytes(reconstruction, num_points);
+  task->cost =
+      EstimateVisibilityMesherCost(reconstruction.scene, num_points, num_view_entries, spacing,
+                                   reconstruction.options.surface, reconstruction.num_threads);
+  task->output_bytes = ExpectedSurfaceBytes(reconstruction, num_points, spacing);
 }
 
 Task SurfaceTask(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {
@@ -128,7 +128,7 @@ Task MakeSurfaceTask(const ReconstructionPtr& reconstruction, const std::filesys
   const auto inputs = reconstruction->files->CloudFiles(cloud);
   task.inputs.insert(task.inputs.end(), inputs.begin(), inputs.end());
   SetSurfaceCost(*reconstruction, ExpectedPoints(*reconstruction, cloud),
-                 ExpectedViewsPerPoint(*reconstruction), &task);
+                 ExpectedViewsPerPoint(*reconstruction), ExpectedSpacing(cloud), &task);
   task.run = [=](const TaskRun& run) {
     DropCaches(*reconstruction);
     VisibilityCloud points = reconstruction->files->ReadCloud(cloud, reconstruction->scene);
@@ -142,7 +142,7 @@ Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
   Task task = SurfaceTask(*reconstruction, mesh);
   task.options += "input_type=sparse\n";
   SetSurfaceCost(*reconstruction, reconstruction->scene.points.size(),
-                 MeanTrackLength(reconstruction->scene), &task);
+                 MeanTrackLength(reconstruction->scene), PointSpacing::kRandom, &task);
   task.run = [=](const TaskRun& run) {
     DropCaches(*reconstruction);
     return MeshCloud(*reconstruction, SparseCloud(reconstruction->scene),

@@ -32,8 +32,8 @@ constexpr double kGuardCost = 0.3, kColorCost = 0.15;
 constexpr double kSecondsPerPixel = 1.5e-7, kSecondsPerFace = 4e-6;  // for each evaluation
 constexpr double kSecondsPerPixelOnce = 2e-7;                        // decoding, colours
 constexpr double kLevelSum = 1.33;  // pixels of all levels, relative to the finest
-// Of a dense mesh, short edges of which are collapsed, this part of the faces is left.
-constexpr double kPartOfFacesLeft = 0.67;
+// Of a dense mesh short edges are collapsed until a face covers so many pixels.
+constexpr double kPixelsOfFace = 3.8;
 // Photos that show a part of the surface, for each view of a track.
 constexpr double kPhotosPerTrackView = 1.5;
 // The guard looks for pairs that took no part among more neighbours than the refinement had.
@@ -263,11 +263,14 @@ RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, Triang
 
 namespace {
 
-// While the triangles of the input are adapted: the mesh with rest positions as it was, in work and
-// as it becomes; its links; pairs; edges to collapse; the grid that finds crossings.
-double AdaptationBytes(double num_input_faces) {
-  constexpr double kMesh = 12 + 2 * 24 / 2.0, kLinks = 40 + 8, kPairs = 36, kEdges = 24, kGrid = 40;
-  return num_input_faces * (3 * kMesh + kLinks + kPairs + kEdges + kGrid);
+// While the triangles of the input are adapted.
+double AdaptationBytes(double num_input_faces, double num_faces) {
+  // The input with rest positions, and again in work with links and origins; densities, twice;
+  // pairs and regions.
+  constexpr double kBefore = (12 + 2 * 24 / 2.0) + (2 * 24 / 2.0 + 32 + 5) + 2 * 4 + 40;
+  // The result with rest positions, the grid that finds crossings, edges to collapse.
+  constexpr double kAfter = (12 + 2 * 24 / 2.0) + 40 + 24;
+  return num_input_faces * kBefore + num_faces * kAfter;
 }
 
 // While a step at full resolution is tried.
@@ -280,10 +283,10 @@ double StepBytes(double num_faces, double num_pixels, double largest, int num_th
   constexpr double kFace = 12 + 4 + (6 * 4 + 8) + 2 * 12 + 1;
   // Each thread: where a face is in its list, vertices projected; the faces of its view with their
   // sums, in work and waiting to be added.
-  constexpr double kFaceInThread = 4 + 40 / 2.0, kFaceOfView = 8 + 36 + 40, kFacePixels = 3.8;
+  constexpr double kFaceInThread = 4 + 40 / 2.0, kFaceOfView = 8 + 36 + 40;
   // Photos in grey and depth maps; face maps of about half the views.
   constexpr double kPixel = 4 + 4 + 4 / 2.0;
-  const double faces_of_view = std::min(num_faces, largest / kFacePixels);
+  const double faces_of_view = std::min(num_faces, largest / kPixelsOfFace);
   return num_faces * (kVertex / 2 + kFace) +
          num_threads * (num_faces * kFaceInThread + faces_of_view * kFaceOfView) +
          num_pixels * kPixel;
@@ -306,8 +309,9 @@ CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images
   // Faces are halved while they are larger: they end at three quarters of that, in the mean.
   const double faces_by_area =
       options.max_face_area_px > 0 ? surface_pixels / (0.75 * options.max_face_area_px) : 0;
-  const double faces =
-      std::max(options.improve_mesh ? kPartOfFacesLeft * input_faces : input_faces, faces_by_area);
+  const double faces_left =
+      options.improve_mesh ? std::min(input_faces, surface_pixels / kPixelsOfFace) : input_faces;
+  const double faces = std::max(faces_left, faces_by_area);
   const double evaluations = options.max_num_iterations / 2.0 + 1.0;
   CostEstimate cost;
   cost.cpu_seconds = evaluations * (kLevelSum * pixels * kSecondsPerPixel +
@@ -316,8 +320,9 @@ CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images
   // Photos and maps share half of the budget.
   const double pixels_held =
       std::min(pixels, static_cast<double>(context.memory_budget_bytes) / 2 / 10);
-  cost.peak_bytes = static_cast<size_t>(std::max(
-      AdaptationBytes(input_faces), StepBytes(faces, pixels_held, largest, context.num_threads())));
+  cost.peak_bytes =
+      static_cast<size_t>(std::max(AdaptationBytes(input_faces, faces),
+                                   StepBytes(faces, pixels_held, largest, context.num_threads())));
   return cost;
 }
 

@@ -390,6 +390,8 @@ void Fuser::FuseView(int view_idx, const CloudSink& sink, const RunContext& cont
   std::vector<VisibilityCloud> rows(static_cast<size_t>(reference.camera.height));
   ParallelFor(context, rows.size(), 8, [&](size_t row) {
     rows[row] = FuseRow(reference, view_idx, support, evidence, static_cast<int>(row));
+    // Points take the place of what they were made from.
+    for (std::vector<RowEstimates>& of_neighbor : evidence.estimates) of_neighbor[row] = {};
   });
   Cover(view_idx, rows, context);
   for (const VisibilityCloud& row : rows) sink(row);

@@ -85,7 +85,6 @@ class Merger {
   MergedCloud Run() {
     MeasureAll();
     AssignAll();
-    std::vector<float>().swap(across_);
     SortVertices();
     GatherSights();
     return std::move(result_);
@@ -159,10 +158,11 @@ class Merger {
   }
 
   void AssignAll() {
-    assignment_.assign(cloud_.size(), kIgnored);
     const double median = MedianReach();
     std::vector<size_t> level_begin;
     const std::vector<uint32_t> order = JoiningOrder(median, &level_begin);
+    std::vector<float>().swap(across_);
+    assignment_.assign(cloud_.size(), kIgnored);
     for (int level = 0; level <= 2 * kMaxLevel; ++level) {
       if (level_begin[level] == level_begin[level + 1]) continue;
       context_.ThrowIfCancelled();
@@ -334,7 +334,8 @@ class Merger {
   const PointMergingOptions options_;
   const RunContext& context_;
   MergedCloud result_;
-  std::vector<float> across_;           // Reach::across of each point; < 0: it is ignored
+  std::vector<float>
+      across_;  // until all are put in order: Reach::across of each point; < 0: it is ignored
   std::vector<uint32_t> assignment_;    // point -> vertex
   std::vector<Eigen::Vector3f> seeds_;  // position of first_point
 };

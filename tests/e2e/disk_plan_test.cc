@@ -53,7 +53,8 @@ TEST(DiskPlan, PhotometricMapsAreKeptOnDemandAndByTheCommandForStereoAlone) {
   EXPECT_EQ(CountMaps(stereo, "photometric"), kNumMaps);
   EXPECT_EQ(CountMaps(stereo, "geometric"), kNumMaps);
   // What the user had made to be kept stays when the mesher goes on.
-  ExpectSuccess(RunProgram("lsmvs-mesher", {stereo.text(), "--to", "stereo_fusion"}));
+  ExpectSuccess(
+      RunProgram("lsmvs-mesher", {stereo.text(), "--to", "stereo_fusion", "--quality", "extreme"}));
   EXPECT_EQ(CountMaps(stereo, "photometric"), kNumMaps);
   ExpectSuccess(RunProgram("lsmvs", {"patch_match_stereo", "--workspace_path", dropped.text(),
                                      "--keep_photometric_maps", "0"}));

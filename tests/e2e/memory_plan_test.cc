@@ -99,8 +99,8 @@ TEST(MemoryPlan, HoldsOnARenderedSceneAndRefusesOnBothSidesOfIt) {
   }
   const auto with_memory = [&](double part) {
     const std::string limit = std::to_string(static_cast<int>(part * peak / 1e6)) + "MB";
-    return RunProgram("lsmvs-mesher", {workspace.string(), "--to", "patch_match_stereo",
-                                       "--max_memory", limit});
+    return RunProgram("lsmvs-mesher",
+                      {workspace.string(), "--to", "patch_match_stereo", "--max_memory", limit});
   };
   ExpectError(with_memory(0.75), 5, {"patch_match_stereo", "--max_memory"});
   ExpectSuccess(with_memory(1.3));

@@ -9,7 +9,8 @@ struct PlanFigures {
   double memory_bytes = 0, disk_bytes = 0;
 };
 
-// `stage`: what its row begins with, "all" for the last one. Fails the test if there is no such row.
+// `stage`: what its row begins with, "all" for the last one. Fails the test if there is no such
+// row.
 PlanFigures ReadPlanFigures(const std::string& plan, const std::string& stage);
 
 }  // namespace lsmvs
