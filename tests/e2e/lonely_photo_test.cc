@@ -35,9 +35,9 @@ double ShareWithDepth(const SmallWorkspace& workspace, const std::string& name) 
   for (const View& view : scene.views) {
     if (view.name != name) continue;
     const auto depths = ReadDepthMap(dense, view, MapType::kGeometric).depth.pixels;
-    return static_cast<double>(std::count_if(depths.begin(), depths.end(),
-                                             [](float depth) { return depth > 0; })) /
-           static_cast<double>(depths.size());
+    const auto num_known =
+        std::count_if(depths.begin(), depths.end(), [](float d) { return d > 0; });
+    return static_cast<double>(num_known) / static_cast<double>(depths.size());
   }
   ADD_FAILURE() << "no photo " << name;
   return 0;
