@@ -423,14 +423,15 @@ double FusionBytesPerPixel(const Scene& scene, const FusionOptions& options) {
   const double num_agreeing = std::min(num_neighbors, kViewsOfFirstPoints - 1);
   // Held: maps and photos; the maps of the reference and one neighbour, unpacked.
   const double held = num_held * (PackedDepthMap::kBytesPerPixel + sizeof(Color)) + 2 * 16;
-  // Evidence: sums of normals and colours, three counts; for each neighbour a bit, and a depth if
-  // it agrees, in vectors that have grown.
-  const double evidence = 12 + 12 + 3 * 2 + num_neighbors / 8 + kGrowth * 4 * num_agreeing;
-  // Support and points of the first view, few of whose pixels are covered: position, normal,
-  // colour, views and where they begin.
+  // Evidence: sums of normals and colours, three counts; for each neighbour a bit.
+  const double evidence = 12 + 12 + 3 * 2 + num_neighbors / 8;
+  // A depth of each neighbour that agrees, in vectors that have grown. Row by row the points of the
+  // view take their place; of the first view few pixels are covered: position, normal, colour,
+  // views and where they begin.
+  const double estimates = kGrowth * 4 * num_agreeing;
   const double points = kPointsOfFirstView * kGrowth * (12 + 12 + 3 + 8 + 4 * (1 + num_agreeing));
-  const double covered = num_views / 8;
-  return held + evidence + 1 + points + covered;
+  const double support = 1, covered = num_views / 8;
+  return held + evidence + std::max(estimates, points) + support + covered;
 }
 
 }  // namespace
