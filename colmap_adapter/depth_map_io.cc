@@ -11,6 +11,7 @@
 
 #include "lsmvs/colmap_adapter/binary_reader_internal.h"
 #include "lsmvs/scene/depth_normals.h"
+#include "lsmvs/scene/packed_depth_map.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
@@ -224,11 +225,7 @@ void WriteDepthMap(const DenseWorkspace& workspace, const View& view, MapType ty
 
 namespace {
 
-size_t NumBytes(const DepthMap& map) {
-  return map.depth.size() * (sizeof(float) + sizeof(Eigen::Vector3f));
-}
-
-// Least-recently-used cache; different maps are read in parallel, the same one once.
+// Least-recently-used cache of packed maps; different maps are read in parallel, the same one once.
 class FileDepthMapSource : public DepthMapSource {
  public:
   FileDepthMapSource(DenseWorkspace workspace, const Scene& scene, MapType type,
@@ -238,19 +235,21 @@ class FileDepthMapSource : public DepthMapSource {
   std::shared_ptr<const DepthMap> Get(int view_idx) const override {
     const std::shared_ptr<Entry> entry = Touch(view_idx);
     const std::lock_guard<std::mutex> reading(entry->reading);
-    if (entry->map) return entry->map;
-    const View& view = scene_.views.at(static_cast<size_t>(view_idx));
-    if (!HasDepthMap(workspace_, view, type_)) return nullptr;
-    entry->map = std::make_shared<const DepthMap>(ReadDepthMap(workspace_, view, type_));
-    std::shared_ptr<const DepthMap> map = entry->map;
-    Account(view_idx, entry, NumBytes(*map));
-    return map;
+    if (!entry->is_read) {
+      const View& view = scene_.views.at(static_cast<size_t>(view_idx));
+      if (!HasDepthMap(workspace_, view, type_)) return nullptr;
+      entry->map = Pack(ReadDepthMap(workspace_, view, type_));
+      entry->is_read = true;
+      Account(view_idx, entry, entry->map.NumBytes());
+    }
+    return std::make_shared<const DepthMap>(Unpack(entry->map));
   }
 
  private:
   struct Entry {
     std::mutex reading;
-    std::shared_ptr<const DepthMap> map;
+    PackedDepthMap map;
+    bool is_read = false;
     size_t bytes = 0;
     std::list<int>::iterator place;
   };

@@ -42,8 +42,9 @@ DepthMap ReadDepthMap(const DenseWorkspace& workspace, const View& view, MapType
 void WriteDepthMap(const DenseWorkspace& workspace, const View& view, MapType type,
                    const DepthMap& map);
 
-// The maps of a workspace, read when they are asked for; keeps the least recently used ones up to
-// `budget_bytes`. Views without complete maps give null. Thread-safe. `scene` must outlive the
+// The maps of a workspace, read when they are asked for; keeps the most recently used ones, packed,
+// up to `budget_bytes`, and gives them as PackedDepthMap keeps them. Views without complete maps
+// give null. Thread-safe. `scene` must outlive the
 // source.
 std::unique_ptr<DepthMapSource> MakeDepthMapSource(const DenseWorkspace& workspace,
                                                    const Scene& scene, MapType type,

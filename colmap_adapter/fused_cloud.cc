@@ -124,21 +124,36 @@ ChosenOrder ChooseOrder(const Scene& scene, const DenseWorkspace& workspace,
   return chosen;
 }
 
-// Takes the points with finite positions, with their views in the given order.
-VisibilityCloud Join(const VisibilityCloud& points, const VisibilityFile& file,
-                     const ImageOrder& order) {
-  VisibilityCloud cloud;
-  cloud.Reserve(points.positions.size(), file.image_idxs.size());
-  std::vector<uint32_t> views;
+// The points with finite positions, with their views in the given order. In place: a cloud is most
+// of what the process holds.
+VisibilityCloud Join(VisibilityCloud points, VisibilityFile file, const ImageOrder& order) {
+  std::vector<uint64_t>& begin = file.begin;
+  std::vector<uint32_t>& views = file.image_idxs;
+  size_t num_points = 0;
+  uint64_t num_views = 0;
   for (size_t p = 0; p < points.positions.size(); ++p) {
     if (!points.positions[p].allFinite()) continue;
-    views.clear();
-    for (uint64_t i = file.begin[p]; i < file.begin[p + 1]; ++i) {
-      views.push_back(order.view_idxs[file.image_idxs[i]]);
-    }
-    cloud.Add(points.positions[p], points.normals[p], points.colors[p], views);
+    const auto first = views.begin() + static_cast<std::ptrdiff_t>(begin[p]);
+    const auto last = views.begin() + static_cast<std::ptrdiff_t>(begin[p + 1]);
+    std::transform(first, last, first, [&](uint32_t image) { return order.view_idxs[image]; });
+    std::sort(first, last);
+    const auto to = views.begin() + static_cast<std::ptrdiff_t>(num_views);
+    begin[num_points] = num_views;  // not read any more: p is at least as large
+    num_views += static_cast<uint64_t>(std::move(first, std::unique(first, last), to) - to);
+    points.positions[num_points] = points.positions[p];
+    points.normals[num_points] = points.normals[p];
+    points.colors[num_points] = points.colors[p];
+    ++num_points;
   }
-  return cloud;
+  points.positions.resize(num_points);
+  points.normals.resize(num_points);
+  points.colors.resize(num_points);
+  begin.resize(num_points + 1);
+  begin.back() = num_views;
+  views.resize(num_views);
+  points.view_begin = std::move(begin);
+  points.view_idxs = std::move(views);
+  return points;
 }
 
 }  // namespace
@@ -152,7 +167,7 @@ FusedCloud ReadFusedCloud(const fs::path& ply_path, const Scene& scene,
                      "is missing: without it no one knows which images see a point",
                      "put it beside the cloud, or remove the cloud and fuse again");
   }
-  const VisibilityFile file = internal::ReadVisibilityFile(vis_path, scene.views.size());
+  VisibilityFile file = internal::ReadVisibilityFile(vis_path, scene.views.size());
   if (file.num_points() != reader.num_points()) {
     throw InputError(
         vis_path.string(),
@@ -160,7 +175,7 @@ FusedCloud ReadFusedCloud(const fs::path& ply_path, const Scene& scene,
                     file.num_points(), ply_path.filename().string(), reader.num_points()),
         kPairRemedy);
   }
-  const VisibilityCloud points = reader.Read();
+  VisibilityCloud points = reader.Read();
   const ChosenOrder chosen = ChooseOrder(scene, workspace, points, file);
   if (chosen.fit.inside < kMinInside) {
     throw InputError(
@@ -170,8 +185,9 @@ FusedCloud ReadFusedCloud(const fs::path& ply_path, const Scene& scene,
                     100 * chosen.fit.inside),
         "the cloud belongs to another model; remove both and fuse again");
   }
-  FusedCloud result{Join(points, file, chosen.order), 0, chosen.message};
-  result.num_dropped = points.positions.size() - result.cloud.size();
+  const size_t num_points = points.positions.size();
+  FusedCloud result{Join(std::move(points), std::move(file), chosen.order), 0, chosen.message};
+  result.num_dropped = num_points - result.cloud.size();
   if (result.num_dropped > 0) {
     result.message += fmt::format("{}{} points without finite position were left out",
                                   result.message.empty() ? "" : "; ", result.num_dropped);

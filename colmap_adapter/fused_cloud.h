@@ -32,7 +32,7 @@ struct FusedCloud {
 //
 // Throws InputError if a file is missing, truncated or malformed, if the two have different numbers
 // of points (a cropped fused.ply), or if an index is not below the number of images. 10 M points
-// take a few seconds and about 115 bytes a point at the peak.
+// take a few seconds; memory is that of the cloud that is returned.
 FusedCloud ReadFusedCloud(const std::filesystem::path& ply_path, const Scene& scene,
                           const DenseWorkspace& workspace);
 

@@ -28,6 +28,7 @@ struct CommandInfo {
 struct CommandContext {
   RunContext run;            // threads, seed, memory budget, cancel; progress goes to `display`
   ProgressDisplay* display;  // Begin() a phase, let run.Report() move it, End() it
+  size_t process_bytes = 0;  // that the process took when `run` got its memory budget
 };
 
 // A command of `lsmvs`: one file under commands/ that derives from this, and one line in

@@ -15,17 +15,16 @@ namespace lsmvs {
 
 namespace {
 
-constexpr double kMegabyte = 1024.0 * 1024.0;
-constexpr double kGigabyte = 1024.0 * kMegabyte;
-
-// Bytes of a unit, or 0 if there is no such unit.
+// Bytes of a unit, or 0 if there is no such unit. No unit means gigabytes.
 double UnitBytes(std::string unit) {
   std::erase(unit, ' ');
   for (char& c : unit) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  if (unit.empty() || unit == "G" || unit == "GB" || unit == "GIB") return kGigabyte;
-  if (unit == "M" || unit == "MB" || unit == "MIB") return kMegabyte;
-  if (unit == "T" || unit == "TB" || unit == "TIB") return 1024.0 * kGigabyte;
-  return 0;
+  if (unit.empty()) return 1e9;
+  const size_t power = std::string("MGT").find(unit.front());
+  if (power == std::string::npos) return 0;
+  const std::string rest = unit.substr(1);
+  if (rest == "IB") return std::exp2(20 + 10.0 * static_cast<double>(power));
+  return rest.empty() || rest == "B" ? std::pow(10, 6 + 3.0 * static_cast<double>(power)) : 0;
 }
 
 }  // namespace
@@ -41,13 +40,6 @@ size_t ParseBytes(const std::string& option, const std::string& text) {
         fmt::format("--{} is '{}', but must be a size such as 4GB or 500MB", option, text));
   }
   return static_cast<size_t>(bytes);
-}
-
-std::string FormatBytes(size_t num_bytes) {
-  const double bytes = static_cast<double>(num_bytes);
-  if (bytes >= 10 * kGigabyte) return fmt::format("{:.0f} GB", bytes / kGigabyte);
-  if (bytes >= kGigabyte) return fmt::format("{:.1f} GB", bytes / kGigabyte);
-  return fmt::format("{:.0f} MB", std::ceil(bytes / kMegabyte));
 }
 
 std::string FormatSeconds(double seconds) {
@@ -82,7 +74,7 @@ RunContext CommonOptions::MakeRunContext(const std::atomic<bool>* cancel) const 
   RunContext context(num_threads < 0 ? all_cores : num_threads);
   if (!max_memory.empty()) {
     const size_t allowed = ParseBytes("max_memory", max_memory);
-    const size_t in_use = PeakResidentBytes();
+    const size_t in_use = ResidentBytes();
     if (allowed <= in_use) {
       throw MemoryError(fmt::format(
           "--max_memory is {}, but the program takes {} of memory before it has read anything; "

@@ -8,6 +8,7 @@
 
 #include "lsmvs/cli/common_options.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/memory.h"
 
 namespace lsmvs {
 
@@ -28,11 +29,16 @@ std::string WorkText(const PlannedStage& stage) {
   return stage.num_up_to_date > 0 ? "up to date" : "not needed";
 }
 
-std::string StageLine(const PlannedStage& stage, int num_threads) {
+std::string Row(const std::string& stage, const std::string& work, const std::string& time,
+                const std::string& memory, const std::string& disk) {
+  return fmt::format("  {:<20} {:<40} {:>10} {:>8} {:>8}\n", stage, work, time, memory, disk);
+}
+
+std::string StageLine(const PlannedStage& stage, const PlanHeader& header) {
   if (stage.num_run == 0) return fmt::format("  {:<20} {}\n", stage.name, WorkText(stage));
-  return fmt::format("  {:<20} {:<40} {:>10} {:>8}\n", stage.name, WorkText(stage),
-                     FormatSeconds(stage.cost.cpu_seconds / num_threads),
-                     FormatBytes(stage.cost.peak_bytes));
+  return Row(
+      stage.name, WorkText(stage), FormatSeconds(stage.cost.cpu_seconds / header.num_threads),
+      FormatBytes(header.process_bytes + stage.cost.peak_bytes), FormatBytes(stage.output_bytes));
 }
 
 const PlannedStage* HungriestStage(const RunPlan& plan) {
@@ -46,10 +52,24 @@ const PlannedStage* HungriestStage(const RunPlan& plan) {
   return hungriest;
 }
 
-// Memory goes with the number of pixels; rounded down to hundreds.
+// Memory and disk go with the number of pixels; rounded down to hundreds.
 int SizeThatFits(int image_size, double needed, double budget) {
-  const double side = image_size * std::sqrt(budget / needed);
+  const double side = image_size * std::sqrt(std::max(0.0, budget) / needed);
   return static_cast<int>(side / 100) * 100;
+}
+
+std::string FirstNames(const std::vector<std::string>& names) {
+  constexpr size_t kMaxNames = 5;
+  std::string text;
+  for (size_t i = 0; i < std::min(names.size(), kMaxNames); ++i) {
+    text += (i > 0 ? ", " : "") + names[i];
+  }
+  return names.size() > kMaxNames ? text + ", ..." : text;
+}
+
+std::string SizeAdvice(int size) {
+  return size >= 200 ? fmt::format("give --max_image_size {} or less, or a lower --quality", size)
+                     : std::string("use fewer photos");
 }
 
 std::string Commas(double number) {
@@ -81,28 +101,85 @@ std::string PlanText(const PlanHeader& header, const RunPlan& plan) {
       fmt::format("{}\n  {} views, {:.1f} megapixels, {} sparse points; {} threads, {} of memory\n",
                   header.workspace, header.num_views, header.num_pixels / 1e6,
                   Commas(static_cast<double>(header.num_points)), header.num_threads,
-                  FormatBytes(header.memory_budget_bytes));
+                  FormatBytes(header.memory_allowed_bytes));
+  for (const std::string& note : header.notes) text += "  " + note + "\n";
   if (plan.NumToRun() == 0) return text + "  everything is up to date\n";
-  text += fmt::format("  {:<20} {:<40} {:>10} {:>8}\n", "stage", "to do", "time", "memory");
-  for (const PlannedStage& stage : plan.stages) text += StageLine(stage, header.num_threads);
+  text += Row("stage", "to do", "time", "memory", "disk");
+  for (const PlannedStage& stage : plan.stages) text += StageLine(stage, header);
   const CostEstimate cost = plan.Cost();
-  return text + fmt::format("  {:<20} {:<40} {:>10} {:>8}\n", "all (estimated)", "",
-                            FormatSeconds(cost.cpu_seconds / header.num_threads),
-                            FormatBytes(cost.peak_bytes));
+  return text + Row("all (estimated)", "with the machine to itself",
+                    FormatSeconds(cost.cpu_seconds / header.num_threads),
+                    FormatBytes(header.process_bytes + cost.peak_bytes),
+                    FormatBytes(plan.peak_disk_bytes));
+}
+
+std::vector<std::string> NeighborNotes(const Scene& scene,
+                                       const std::vector<std::vector<Neighbor>>& neighbors) {
+  std::vector<std::string> alone, single, overlapping;
+  for (size_t v = 0; v < neighbors.size(); ++v) {
+    const std::string& name = scene.views[v].name;
+    if (neighbors[v].empty()) {
+      alone.push_back(name);
+    } else if (neighbors[v].front().by_overlap) {
+      overlapping.push_back(name);
+    } else if (neighbors[v].size() == 1) {
+      single.push_back(name);
+    }
+  }
+  std::vector<std::string> notes;
+  const auto add = [&](const std::vector<std::string>& names, const char* one, const char* many) {
+    if (names.empty()) return;
+    notes.push_back(names.size() == 1
+                        ? fmt::format("1 photo {}: {}", one, names.front())
+                        : fmt::format("{} photos {}: {}", names.size(), many, FirstNames(names)));
+  };
+  add(alone, "without a neighbour (no other shows the same place at a useful angle) gets no depth",
+      "without a neighbour (no other shows the same place at a useful angle) get no depth");
+  add(single, "with a single neighbour gets few depths that others confirm",
+      "with a single neighbour get few depths that others confirm");
+  add(overlapping, "that shares too few sparse points takes its neighbours by overlap",
+      "that share too few sparse points take their neighbours by overlap");
+  return notes;
 }
 
 void CheckPlanFits(const PlanHeader& header, const RunPlan& plan, int image_size) {
   const PlannedStage* stage = HungriestStage(plan);
-  if (stage == nullptr || stage->cost.peak_bytes <= header.memory_budget_bytes) return;
-  const int size = SizeThatFits(image_size, static_cast<double>(stage->cost.peak_bytes),
-                                static_cast<double>(header.memory_budget_bytes));
+  if (stage == nullptr) return;
+  const size_t needed = header.process_bytes + stage->cost.peak_bytes;
+  if (needed <= header.memory_allowed_bytes) return;
+  const double left =
+      static_cast<double>(header.memory_allowed_bytes) - static_cast<double>(header.process_bytes);
   const std::string advice =
-      size >= 200 ? fmt::format("give --max_image_size {} or less, or a lower --quality", size)
-                  : std::string("use fewer photos");
+      SizeAdvice(SizeThatFits(image_size, static_cast<double>(stage->cost.peak_bytes), left));
   throw MemoryError(fmt::format(
       "{}: {} needs about {} of memory, but {} may be used; {}, or allow more with --max_memory",
-      header.workspace, stage->name, FormatBytes(stage->cost.peak_bytes),
-      FormatBytes(header.memory_budget_bytes), advice));
+      header.workspace, stage->name, FormatBytes(needed), FormatBytes(header.memory_allowed_bytes),
+      advice));
+}
+
+void CheckPlanFitsDisk(const PlanHeader& header, const RunPlan& plan, uint64_t free_bytes,
+                       int image_size) {
+  if (plan.peak_disk_bytes <= free_bytes) return;
+  const int size = SizeThatFits(image_size, static_cast<double>(plan.peak_disk_bytes),
+                                static_cast<double>(free_bytes));
+  throw Error(ExitCode::kFileSystem,
+              fmt::format("{}: the results need about {} of disk, but {} are free; make room, {}, "
+                          "or give --ignore_disk_space 1 to start nevertheless",
+                          header.workspace, FormatBytes(plan.peak_disk_bytes),
+                          FormatBytes(free_bytes), SizeAdvice(size)));
+}
+
+std::optional<uint64_t> FreeDiskBytes(const std::vector<Task>& tasks, const RunPlan& plan) {
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    if (plan.tasks[i].state != TaskState::kRun) continue;
+    fs::path folder = fs::absolute(tasks[i].outputs.front()).parent_path();
+    while (!fs::exists(folder) && folder.has_relative_path()) folder = folder.parent_path();
+    std::error_code error;
+    const fs::space_info space = fs::space(folder, error);
+    if (!error) return space.available;
+    break;
+  }
+  return std::nullopt;
 }
 
 std::string ResultText(const std::vector<Task>& tasks, const RunPlan& plan) {

@@ -1,12 +1,16 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "lsmvs/execution/run_plan.h"
 #include "lsmvs/execution/run_tasks.h"
 #include "lsmvs/execution/task.h"
+#include "lsmvs/scene/scene.h"
+#include "lsmvs/scene/view_selection.h"
 
 namespace lsmvs {
 
@@ -17,15 +21,31 @@ struct PlanHeader {
   double num_pixels = 0;  // that are worked on, over all views
   size_t num_points = 0;  // of the sparse model
   int num_threads = 1;
-  size_t memory_budget_bytes = 0;
+  size_t process_bytes = 0;         // that the process takes before the first stage
+  size_t memory_allowed_bytes = 0;  // for the process as a whole
+  std::vector<std::string> notes;   // lines below the head: what the user should know beforehand
 };
 
-// The table that is printed before a run: what each stage has to do and why, time, memory.
+// The table that is printed before a run: what each stage has to do and why, its time on an idle
+// machine, the memory of the process at its highest, and what it writes to the disk.
 std::string PlanText(const PlanHeader& header, const RunPlan& plan);
 
-// Throws MemoryError, with advice, if a stage that runs needs more than the budget. `image_size` is
-// the longest side worked on.
+// One line for each way in which photos have no or few neighbours for stereo, with why and which;
+// nothing where all have enough.
+std::vector<std::string> NeighborNotes(const Scene& scene,
+                                       const std::vector<std::vector<Neighbor>>& neighbors);
+
+// Throws MemoryError, with advice, if the process needs more in a stage that runs than is allowed.
+// `image_size` is the longest side worked on.
 void CheckPlanFits(const PlanHeader& header, const RunPlan& plan, int image_size);
+
+// Throws Error(kFileSystem), with advice, if the files of the run, at their most, do not fit into
+// what is free where it writes.
+void CheckPlanFitsDisk(const PlanHeader& header, const RunPlan& plan, uint64_t free_bytes,
+                       int image_size);
+
+// Bytes free where the tasks that run write; nothing if that cannot be known.
+std::optional<uint64_t> FreeDiskBytes(const std::vector<Task>& tasks, const RunPlan& plan);
 
 // The results with their sizes, and whether this run made them. `plan` is that of the tasks.
 std::string ResultText(const std::vector<Task>& tasks, const RunPlan& plan);

@@ -87,7 +87,8 @@ void WarnOfMeaningless(const std::set<std::string>& names) {
 void RunWithOptions(const CommonOptions& common, Command* command) {
   const std::atomic<bool>* cancel = InstallSignalHandlers();
   ProgressDisplay display;
-  CommandContext context{common.MakeRunContext(cancel), &display};
+  const size_t process_bytes = ResidentBytes();
+  CommandContext context{common.MakeRunContext(cancel), &display, process_bytes};
   context.run.set_progress(&display);
   try {
     command->Run(context);

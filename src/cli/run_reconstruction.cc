@@ -10,9 +10,11 @@
 #include "lsmvs/cli/colmap_workspace.h"
 #include "lsmvs/cli/common_options.h"
 #include "lsmvs/cli/help_text.h"
+#include "lsmvs/cli/plan_text.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
 #include "lsmvs/execution/run_store.h"
 #include "lsmvs/execution/run_tasks.h"
+#include "lsmvs/util/memory.h"
 
 namespace lsmvs {
 
@@ -21,10 +23,15 @@ namespace {
 // Shows the stages of a run.
 class ConsoleObserver : public RunObserver {
  public:
-  explicit ConsoleObserver(ProgressDisplay* display) : display_(display) {}
+  ConsoleObserver(const RunPlan& plan, int num_threads, ProgressDisplay* display)
+      : num_threads_(num_threads),
+        seconds_to_come_(plan.Cost().cpu_seconds / num_threads),
+        display_(display) {}
 
   void OnStageBegin(const PlannedStage& stage, double fraction_done) override {
-    display_->Begin(stage.name, fraction_done);
+    const double seconds = stage.cost.cpu_seconds / num_threads_;
+    seconds_to_come_ -= seconds;
+    display_->Begin(stage.name, fraction_done, {seconds, seconds_to_come_});
   }
   void OnStageEnd(const StageSummary& summary) override {
     std::string note = CountsText(summary.counts);
@@ -34,18 +41,27 @@ class ConsoleObserver : public RunObserver {
   }
 
  private:
+  int num_threads_;
+  double seconds_to_come_;  // of the stages that have not begun, by the plan
   ProgressDisplay* display_;
 };
 
 PlanHeader MakeHeader(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
-                      const CommandContext& context) {
+                      const RunPlan& plan, const CommandContext& context) {
   PlanHeader header;
   header.workspace = workspace.folder.string();
   header.num_views = reconstruction.scene.num_views();
   header.num_pixels = NumPixels(reconstruction);
   header.num_points = reconstruction.scene.points.size();
   header.num_threads = context.run.num_threads();
-  header.memory_budget_bytes = context.run.memory_budget_bytes;
+  // Pages of the program and its libraries that only the stages touch.
+  constexpr size_t kCodeBytes = size_t{12} << 20;
+  header.process_bytes = ResidentBytes() + kCodeBytes;
+  header.memory_allowed_bytes = context.process_bytes + context.run.memory_budget_bytes;
+  const bool matches = std::any_of(plan.stages.begin(), plan.stages.end(), [](const auto& stage) {
+    return stage.num_run > 0 && (stage.name == kStereoStage || stage.name == kQuasiDenseStage);
+  });
+  if (matches) header.notes = NeighborNotes(reconstruction.scene, reconstruction.neighbors);
   return header;
 }
 
@@ -115,14 +131,19 @@ ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const Stag
 }
 
 void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
-                const std::vector<Task>& tasks, bool overwrite, const CommandContext& context) {
+                const std::vector<Task>& tasks, const StageOptions& stage,
+                const CommandContext& context) {
   RunStore store(workspace.folder, VersionLine());
-  const RunPlan plan = PlanRun(tasks, {overwrite}, &store);
-  const PlanHeader header = MakeHeader(workspace, reconstruction, context);
+  const RunPlan plan = PlanRun(tasks, {stage.overwrite}, &store);
+  const PlanHeader header = MakeHeader(workspace, reconstruction, plan, context);
   Print(PhotoNotes(reconstruction) + PlanText(header, plan));
   CheckPlanFits(header, plan, LongestSide(reconstruction));
+  const std::optional<uint64_t> free_bytes = FreeDiskBytes(tasks, plan);
+  if (free_bytes && !stage.ignore_disk_space) {
+    CheckPlanFitsDisk(header, plan, *free_bytes, LongestSide(reconstruction));
+  }
   if (Matches(plan)) CheckContrast(reconstruction.scene, *reconstruction.images, context.run);
-  ConsoleObserver observer(context.display);
+  ConsoleObserver observer(plan, context.run.num_threads(), context.display);
   RunTasks(tasks, plan, &store, &observer, context.run);
   Print("results\n" + ResultText(tasks, plan));
 }

@@ -25,9 +25,10 @@ ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const Stag
                                      const CommandContext& context,
                                      PhotoUse photos = PhotoUse::kPixels);
 
-// Prints the plan, refuses it if it does not fit the memory, runs it with progress, and prints what
-// is there now.
+// Prints the plan, refuses it if it does not fit the memory or the disk, runs it with progress, and
+// prints what is there now.
 void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
-                const std::vector<Task>& tasks, bool overwrite, const CommandContext& context);
+                const std::vector<Task>& tasks, const StageOptions& stage,
+                const CommandContext& context);
 
 }  // namespace lsmvs

@@ -74,10 +74,21 @@ void StageOptions::DescribeOverwrite(OptionSet* options) {
                "Replace files that are there and were not made by this program. Without it they "
                "are used, or the run "
                "stops.");
+  options->Add("ignore_disk_space", &ignore_disk_space,
+               "Start even if the results are not expected to fit on the disk.");
+}
+
+void StageOptions::DescribePhotometricMaps(bool keep, OptionSet* options) {
+  keep_photometric_maps = keep;
+  options->Add("keep_photometric_maps", &keep_photometric_maps,
+               "Keep the maps of the photometric pass, a fifth of all maps. Without it each is "
+               "removed once the geometric maps of its photo and of all that it is compared with "
+               "are done; fusion takes the geometric ones.");
 }
 
 void StageOptions::Apply(ReconstructionOptions* options) const {
   options->max_image_size = std::max(0, max_image_size);
+  options->keep_photometric_maps = keep_photometric_maps;
   options->bounding_box = ParseBox("bounding_box", bounding_box);
   if (box_path.empty()) return;
   if (!bounding_box.empty())

@@ -26,6 +26,8 @@ struct StageOptions {
   bool skip_missing_images = false;
   std::string sources_path;  // COLMAP's --config_path
   std::string box_path;      // COLMAP's --bbox_path
+  bool ignore_disk_space = false;
+  bool keep_photometric_maps = true;
 
   void DescribeWorkspace(OptionSet* options);
   void DescribeMaskPath(OptionSet* options);
@@ -37,7 +39,11 @@ struct StageOptions {
   void DescribeBoundingBox(OptionSet* options);
   // `name`: COLMAP's, with the stage's group.
   void DescribeMaxImageSize(const std::string& name, OptionSet* options);
+  // How results are written: overwrite, ignore_disk_space.
   void DescribeOverwrite(OptionSet* options);
+
+  // `keep`: the default.
+  void DescribePhotometricMaps(bool keep, OptionSet* options);
 
   // Puts what concerns all stages into their options.
   void Apply(ReconstructionOptions* options) const;

@@ -166,6 +166,7 @@ void Count(const PlannedTask& planned, const Task& task, PlannedStage* stage) {
   if (planned.state == TaskState::kForeign) ++stage->num_foreign;
   if (planned.state != TaskState::kRun) return;
   if (stage->num_run++ == 0) stage->reason = planned.reason;
+  stage->output_bytes += task.output_bytes;
   stage->cost.cpu_seconds += task.cost.cpu_seconds;
   stage->cost.peak_bytes = std::max(stage->cost.peak_bytes, task.cost.peak_bytes);
 }
@@ -183,6 +184,73 @@ std::vector<PlannedStage> SumUp(const std::vector<Task>& tasks,
     Count(planned[i], tasks[i], &stages.back());
   }
   return stages;
+}
+
+// Which tasks read what a temporary one makes.
+std::vector<std::vector<size_t>> FindReaders(const std::vector<Task>& tasks, FileTable* files) {
+  std::map<std::string, size_t> producer;
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    if (!tasks[i].temporary) continue;
+    for (const fs::path& output : tasks[i].outputs) producer[files->Key(output)] = i;
+  }
+  std::vector<std::vector<size_t>> readers(tasks.size());
+  if (producer.empty()) return readers;
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    for (const fs::path& input : tasks[i].inputs) {
+      const auto made = producer.find(files->Key(input));
+      if (made == producer.end()) continue;
+      std::vector<size_t>& list = readers[made->second];
+      if (list.empty() || list.back() != i) list.push_back(i);
+    }
+  }
+  return readers;
+}
+
+// Sets drops and leftovers.
+void PlanDrops(const std::vector<Task>& tasks, FileTable* files, RunPlan* plan) {
+  plan->drops.assign(tasks.size(), {});
+  const std::vector<std::vector<size_t>> readers = FindReaders(tasks, files);
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    const auto state = [&](size_t reader) { return plan->tasks[reader].state; };
+    const bool all_needed = std::all_of(readers[i].begin(), readers[i].end(), [&](size_t reader) {
+      return state(reader) != TaskState::kNotNeeded;
+    });
+    if (readers[i].empty() || !all_needed) continue;
+    const auto last = std::find_if(readers[i].rbegin(), readers[i].rend(),
+                                   [&](size_t reader) { return state(reader) == TaskState::kRun; });
+    if (last != readers[i].rend()) {
+      plan->drops[*last].push_back(i);
+    } else {
+      plan->leftovers.push_back(i);
+    }
+  }
+}
+
+uint64_t BytesOnDisk(const Task& task) {
+  uint64_t bytes = 0;
+  for (const fs::path& output : task.outputs) {
+    std::error_code error;
+    const auto size = fs::file_size(output, error);
+    if (!error) bytes += size;
+  }
+  return bytes;
+}
+
+// New files stand beside those that they replace until they are complete.
+uint64_t PeakDiskBytes(const std::vector<Task>& tasks, const RunPlan& plan) {
+  int64_t now = 0, peak = 0;
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    if (plan.tasks[i].state != TaskState::kRun) continue;
+    now += static_cast<int64_t>(tasks[i].output_bytes);
+    peak = std::max(peak, now);
+    now -= static_cast<int64_t>(BytesOnDisk(tasks[i]));
+    for (const size_t dropped : plan.drops[i]) {
+      now -= static_cast<int64_t>(plan.tasks[dropped].state == TaskState::kRun
+                                      ? tasks[dropped].output_bytes
+                                      : BytesOnDisk(tasks[dropped]));
+    }
+  }
+  return static_cast<uint64_t>(peak);
 }
 
 }  // namespace
@@ -205,6 +273,8 @@ size_t RunPlan::NumToRun() const {
 RunPlan PlanRun(const std::vector<Task>& tasks, const PlanOptions& options, RunStore* store) {
   RunPlan plan = Planner(tasks, options, store).Plan();
   plan.stages = SumUp(tasks, plan.tasks);
+  PlanDrops(tasks, &store->files(), &plan);
+  plan.peak_disk_bytes = PeakDiskBytes(tasks, plan);
   return plan;
 }
 

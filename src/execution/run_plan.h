@@ -25,13 +25,21 @@ struct PlannedStage {
   std::string name;
   size_t begin = 0, end = 0;  // its tasks' positions
   size_t num_run = 0, num_up_to_date = 0, num_foreign = 0;
-  std::string reason;  // of the first task that runs
-  CostEstimate cost;   // of the tasks that run: sum of times, highest memory
+  std::string reason;         // of the first task that runs
+  CostEstimate cost;          // of the tasks that run: sum of times, highest memory
+  uint64_t output_bytes = 0;  // that they write
 };
 
 struct RunPlan {
   std::vector<PlannedTask> tasks;  // one for each task given, in that order
   std::vector<PlannedStage> stages;
+  // For each task, the temporary ones whose outputs nobody needs any more once it is done.
+  std::vector<std::vector<size_t>> drops;
+  // Temporary ones whose outputs nobody needs any more from the start: an earlier run was stopped
+  // before it removed them.
+  std::vector<size_t> leftovers;
+  // By which the files grow while it runs, at most, beyond what is there already.
+  uint64_t peak_disk_bytes = 0;
 
   // Time summed over the stages, highest memory of one.
   CostEstimate Cost() const;

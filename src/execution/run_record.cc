@@ -41,7 +41,8 @@ Json ToJson(const TaskRecord& task) {
   return {{"inputs_hash", task.inputs_hash}, {"outputs", task.outputs},
           {"seconds", task.seconds},         {"cpu_seconds", task.cpu_seconds},
           {"peak_bytes", task.peak_bytes},   {"num_threads", task.num_threads},
-          {"finished", task.finished},       {"counts", task.counts}};
+          {"finished", task.finished},       {"counts", task.counts},
+          {"temporary", task.temporary}};
 }
 
 TaskRecord TaskFromJson(const Json& json) {
@@ -54,6 +55,7 @@ TaskRecord TaskFromJson(const Json& json) {
   task.num_threads = json.at("num_threads").get<int>();
   task.finished = json.at("finished").get<std::string>();
   task.counts = json.at("counts").get<TaskCounts>();
+  task.temporary = json.value("temporary", false);
   return task;
 }
 

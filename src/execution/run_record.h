@@ -21,7 +21,8 @@ struct TaskRecord {
   double seconds = 0, cpu_seconds = 0;
   uint64_t peak_bytes = 0;  // highest resident size of the process meanwhile
   int num_threads = 0;
-  std::string finished;  // UTC, ISO 8601
+  bool temporary = false;  // as the task was: its outputs may be gone without being missed
+  std::string finished;    // UTC, ISO 8601
   TaskCounts counts;
 };
 

@@ -56,18 +56,30 @@ void RunTask(const Task& task, RunStore* store, const RunContext& context) {
   record.options = task.options;
   record.inputs_hash = HashInputs(task, &store->files());
   record.num_threads = context.num_threads();
+  record.temporary = task.temporary;
   std::vector<std::filesystem::path> staged;
   for (const auto& output : task.outputs) staged.push_back(store->StagedPath(output));
   const StagingGuard guard(task, *store);
-  ResetPeakResidentBytes();
+  const PeakMemoryWatch memory;
   const Clock::time_point begin = Clock::now();
   const double cpu_begin = CpuSeconds();
   record.counts = task.run({context, staged});
   record.seconds = SecondsSince(begin);
   record.cpu_seconds = CpuSeconds() - cpu_begin;
-  record.peak_bytes = PeakResidentBytes();
+  record.peak_bytes = memory.PeakBytes();
+  ReturnFreedMemory();
   record.finished = Now();
   store->Publish(task, std::move(record));
+}
+
+// Removes what a temporary task of ours made, unless somebody changed it or it was made to be kept.
+void RemoveOutputs(const Task& task, RunStore* store) {
+  const auto record = store->tasks().find(task.name);
+  if (record == store->tasks().end() || !record->second.temporary) return;
+  for (const std::filesystem::path& output : task.outputs) {
+    std::error_code ignored;
+    if (store->files().MadeBy(output) == task.name) std::filesystem::remove(output, ignored);
+  }
 }
 
 double Weight(const Task& task) { return std::max(task.cost.cpu_seconds, 1e-6); }
@@ -99,6 +111,7 @@ class StageRunner {
       if (!Runs(i)) continue;
       const double next = std::min(1.0, done + Weight(tasks_[i]) / total_);
       RunOne(tasks_[i], context_.Part(done, next), &summary);
+      for (const size_t dropped : plan_.drops[i]) RemoveOutputs(tasks_[dropped], &store_);
       done = next;
     }
     summary.seconds = SecondsSince(begin);
@@ -145,6 +158,7 @@ std::vector<StageSummary> RunTasks(const std::vector<Task>& tasks, const RunPlan
                                    const RunContext& context) {
   LSMVS_CHECK_EQ(tasks.size(), plan.tasks.size());
   std::vector<StageSummary> summaries;
+  for (const size_t leftover : plan.leftovers) RemoveOutputs(tasks[leftover], store);
   for (const PlannedStage& stage : plan.stages) {
     if (stage.num_run == 0) continue;
     StageRunner runner(tasks, plan, stage, store, context);

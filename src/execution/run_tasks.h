@@ -32,7 +32,7 @@ class RunObserver {
 // the context. What is done is on record when the next begins. A task whose inputs turn out not to
 // have changed is skipped after all. Stages without a task to run are not reported. Progress of the
 // context is that of the stage. Throws what a task throws, and CancelledError; what was finished
-// stays.
+// stays. Outputs of temporary tasks are removed when the plan says.
 std::vector<StageSummary> RunTasks(const std::vector<Task>& tasks, const RunPlan& plan,
                                    RunStore* store, RunObserver* observer,
                                    const RunContext& context);

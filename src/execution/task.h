@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -43,7 +44,10 @@ struct Task {
   // Somebody wants the outputs themselves. Other tasks only run when one that is wanted needs their
   // outputs.
   bool wanted = true;
+  // The outputs serve later tasks only: each is removed once all tasks that read it are done.
+  bool temporary = false;
   CostEstimate cost;
+  uint64_t output_bytes = 0;  // that the outputs take on disk, about
   std::function<TaskCounts(const TaskRun&)> run;
 };
 

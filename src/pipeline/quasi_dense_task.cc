@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "lsmvs/pipeline/expected_sizes.h"
 #include "lsmvs/pipeline/reconstruction.h"
 #include "lsmvs/pipeline/task_inputs.h"
 #include "lsmvs/util/error.h"
@@ -25,6 +26,7 @@ constexpr const char* kQuasiDenseVersion = "2";
 
 TaskCounts RunQuasiDense(const Reconstruction& reconstruction, const TaskRun& run) {
   CheckAnyNeighbors(reconstruction);
+  DropCaches(reconstruction);
   QuasiDenseOptions options = reconstruction.options.quasi_dense;
   options.bounding_box = reconstruction.options.bounding_box;
   const std::vector<std::vector<Eigen::Vector2f>> keypoints =
@@ -59,6 +61,8 @@ Task MakeQuasiDenseTask(const ReconstructionPtr& reconstruction,
   task.foreign_outputs = ForeignOutputs::kUse;
   task.cost =
       EstimateQuasiDenseCost(reconstruction->scene, *reconstruction->images, options.quasi_dense);
+  task.output_bytes =
+      ExpectedCloudBytes(*reconstruction, ExpectedPoints(*reconstruction, std::filesystem::path()));
   task.run = [=](const TaskRun& run) { return RunQuasiDense(*reconstruction, run); };
   return task;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/memory.h"
 
 namespace lsmvs {
 
@@ -21,6 +22,7 @@ std::shared_ptr<const Reconstruction> MakeReconstruction(
   reconstruction->files = std::move(files);
   reconstruction->options = options;
   reconstruction->memory_budget_bytes = context.memory_budget_bytes;
+  reconstruction->num_threads = context.num_threads();
   ImageStoreOptions images;
   images.max_image_size = options.max_image_size;
   images.budget_bytes = context.memory_budget_bytes / kImageBudgetDivisor;
@@ -65,6 +67,11 @@ std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstructio
         MakeRefinementTask(reconstruction, files.VisibilityMeshFile(), files.RefinedMeshFile()));
   }
   return tasks;
+}
+
+void DropCaches(const Reconstruction& reconstruction) {
+  reconstruction.images->Trim(0);
+  ReturnFreedMemory();
 }
 
 double NumPixels(const Reconstruction& reconstruction) {

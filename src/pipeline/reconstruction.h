@@ -22,6 +22,7 @@ struct Reconstruction {
   std::shared_ptr<const WorkspaceFiles> files;
   ReconstructionOptions options;
   size_t memory_budget_bytes = 0;
+  int num_threads = 1;  // for estimates
 
   std::unique_ptr<ImageStore> images;  // reduced to options.max_image_size
   // By options.view_selection and the files' rules of sources.
@@ -73,6 +74,10 @@ Task MakeRefinementTask(const ReconstructionPtr& reconstruction,
 // stages before `from` make must be there. Throws what CheckStages throws.
 std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstruction,
                                           ReconstructionStage from, ReconstructionStage to);
+
+// Lets go of what the stage before has left: decoded photos, and memory that was freed but is still
+// held for this process.
+void DropCaches(const Reconstruction& reconstruction);
 
 // Kind of the maps that the options' last pass makes, which fusion takes.
 DepthMapKind FinalDepthMaps(const ReconstructionOptions& options);

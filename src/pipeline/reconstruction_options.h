@@ -45,6 +45,8 @@ struct ReconstructionOptions {
   Eigen::AlignedBox3d bounding_box;
   uint64_t seed = 0;
   PointSource point_source = PointSource::kPatchMatch;
+  // Photometric maps serve the geometric pass only. COLMAP keeps them.
+  bool keep_photometric_maps = true;
 
   ViewSelectionOptions view_selection;
   PatchMatchOptions patch_match;

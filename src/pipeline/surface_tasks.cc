@@ -1,9 +1,12 @@
 #include <fmt/format.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <optional>
 
 #include "lsmvs/mesh/ply.h"
+#include "lsmvs/pipeline/cloud_check.h"
+#include "lsmvs/pipeline/expected_sizes.h"
 #include "lsmvs/pipeline/reconstruction.h"
 #include "lsmvs/pipeline/task_inputs.h"
 #include "lsmvs/surface/memory_model.h"
@@ -15,37 +18,6 @@ namespace {
 
 constexpr const char* kSurfaceVersion = "7";
 constexpr const char* kRefinementVersion = "3";
-
-// Before there is a cloud: points that fusion makes of a pixel, and views of a point; measured on
-// scenes of 8 to 24 photos.
-constexpr double kPointsPerPixel = 0.25;
-constexpr size_t kViewsPerPoint = 4;
-constexpr size_t kFacesPerVertex = 2;
-
-// Nothing if there is no such file or it is not a PLY file: whoever reads it will say so.
-std::optional<size_t> ElementCount(const std::filesystem::path& path, const std::string& element) {
-  if (!std::filesystem::exists(path)) return std::nullopt;
-  try {
-    const PlyReader reader(path);
-    const PlyElement* found = reader.FindElement(element);
-    return found == nullptr ? 0 : found->count;
-  } catch (const InputError&) {
-    return std::nullopt;
-  }
-}
-
-// Points of the cloud if it is there, else what is to be expected.
-size_t ExpectedPoints(const Reconstruction& reconstruction, const std::filesystem::path& cloud) {
-  if (const auto count = ElementCount(cloud, "vertex")) return *count;
-  return static_cast<size_t>(kPointsPerPixel * NumPixels(reconstruction));
-}
-
-size_t ExpectedFaces(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {
-  if (const auto count = ElementCount(mesh, "face")) return *count;
-  return kFacesPerVertex * EstimateVisibilityMesherVertices(
-                               ExpectedPoints(reconstruction, reconstruction.files->CloudFile()),
-                               NumPixels(reconstruction), reconstruction.options.surface);
-}
 
 // Points inside the box, which is in the world of the files.
 VisibilityCloud Crop(const VisibilityCloud& cloud, const Eigen::AlignedBox3d& box,
@@ -73,7 +45,11 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   const Eigen::Vector3d& offset = reconstruction.scene.world_offset;
   if (!options.bounding_box.isEmpty()) cloud = Crop(cloud, options.bounding_box, offset);
   const size_t num_points = cloud.size();
-  RunContext context = run.context;  // whose budget is for the cloud, too
+  const CloudFit fit = MeasureCloudFit(reconstruction.scene, cloud);
+  constexpr double kPartOfReading = 0.04, kPartUntilWriting = 0.97;
+  run.context.Report(kPartOfReading);
+  // Whose budget is for the cloud, too.
+  RunContext context = run.context.Part(kPartOfReading, kPartUntilWriting);
   const MeshingSize size{.num_points = cloud.size(), .num_view_entries = cloud.view_idxs.size()};
   context.memory_budget_bytes -= std::min(context.memory_budget_bytes, size.CloudBytes());
   const VisibilityMesherResult result =
@@ -82,6 +58,9 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
     throw InputError(cloud_path.string(), "gives no surface: " + result.message,
                      "check that the points and their views belong to this model");
   }
+  const std::string warning =
+      ContradictionWarning(fit, result.counters.num_vertices, result.mesh.vertices.size());
+  if (!warning.empty()) LOG(WARNING) << cloud_path.string() << ": " << warning;
   WriteMeshPly(run.outputs.at(0), result.mesh, offset);
   reconstruction.files->WriteVisibility(result.view_begin, result.view_idxs, run.outputs.at(1));
   TaskCounts counts = {
@@ -92,6 +71,8 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
       {"crossings", static_cast<double>(result.counters.num_crossings)},
       {"vertices", static_cast<double>(result.mesh.vertices.size())},
       {"faces", static_cast<double>(result.mesh.faces.size())},
+      {"points_inside_share", fit.inside},
+      {"normals_facing_share", fit.facing},
       {"predicted_peak_bytes", static_cast<double>(result.predicted_peak_bytes)},
       {"measured_peak_bytes", static_cast<double>(result.measured_peak_bytes)},
   };
@@ -99,9 +80,15 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   return counts;
 }
 
-CostEstimate SurfaceCost(const Reconstruction& reconstruction, size_t num_points) {
-  return EstimateVisibilityMesherCost(num_points, kViewsPerPoint * num_points,
-                                      NumPixels(reconstruction), reconstruction.options.surface);
+// `views_per_point`: in the mean.
+void SetSurfaceCost(const Reconstruction& reconstruction, size_t num_points, double views_per_point,
+                    PointSpacing spacing, Task* task) {
+  const auto num_view_entries =
+      static_cast<size_t>(views_per_point * static_cast<double>(num_points));
+  task->cost =
+      EstimateVisibilityMesherCost(reconstruction.scene, num_points, num_view_entries, spacing,
+                                   reconstruction.options.surface, reconstruction.num_threads);
+  task->output_bytes = ExpectedSurfaceBytes(reconstruction, num_points, spacing);
 }
 
 Task SurfaceTask(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {
@@ -118,6 +105,7 @@ Task SurfaceTask(const Reconstruction& reconstruction, const std::filesystem::pa
 
 TaskCounts RunRefinement(const Reconstruction& reconstruction, const std::filesystem::path& input,
                          const TaskRun& run) {
+  DropCaches(reconstruction);
   const Eigen::Vector3d& offset = reconstruction.scene.world_offset;
   TriangleMesh mesh = ReadMeshPly(input, offset);
   if (mesh.empty()) throw InputError(input.string(), "has no faces", "give a mesh");
@@ -140,9 +128,10 @@ Task MakeSurfaceTask(const ReconstructionPtr& reconstruction, const std::filesys
   Task task = SurfaceTask(*reconstruction, mesh);
   const auto inputs = reconstruction->files->CloudFiles(cloud);
   task.inputs.insert(task.inputs.end(), inputs.begin(), inputs.end());
-  const size_t num_points = ExpectedPoints(*reconstruction, cloud);
-  task.cost = SurfaceCost(*reconstruction, num_points);
+  SetSurfaceCost(*reconstruction, ExpectedPoints(*reconstruction, cloud),
+                 ExpectedViewsPerPoint(*reconstruction), ExpectedSpacing(cloud), &task);
   task.run = [=](const TaskRun& run) {
+    DropCaches(*reconstruction);
     VisibilityCloud points = reconstruction->files->ReadCloud(cloud, reconstruction->scene);
     return MeshCloud(*reconstruction, std::move(points), cloud, run);
   };
@@ -153,8 +142,10 @@ Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
                            const std::filesystem::path& mesh) {
   Task task = SurfaceTask(*reconstruction, mesh);
   task.options += "input_type=sparse\n";
-  task.cost = SurfaceCost(*reconstruction, reconstruction->scene.points.size());
+  SetSurfaceCost(*reconstruction, reconstruction->scene.points.size(),
+                 MeanTrackLength(reconstruction->scene), PointSpacing::kRandom, &task);
   task.run = [=](const TaskRun& run) {
+    DropCaches(*reconstruction);
     return MeshCloud(*reconstruction, SparseCloud(reconstruction->scene),
                      reconstruction->files->PointsFile(), run);
   };
@@ -173,11 +164,12 @@ Task MakeRefinementTask(const ReconstructionPtr& reconstruction,
   AddAllPhotoInputs(*reconstruction, &task);
   task.inputs.push_back(input_mesh);
   task.outputs = {output_mesh};
-  RunContext context(1);
+  RunContext context(reconstruction->num_threads);
   context.memory_budget_bytes = reconstruction->memory_budget_bytes;
-  task.cost = EstimateRefinementCost(reconstruction->scene, *reconstruction->images,
-                                     ExpectedFaces(*reconstruction, input_mesh), options.refinement,
-                                     context);
+  const size_t num_faces = ExpectedFaces(*reconstruction, input_mesh);
+  task.cost = EstimateRefinementCost(reconstruction->scene, *reconstruction->images, num_faces,
+                                     options.refinement, context);
+  task.output_bytes = ExpectedRefinedBytes(num_faces);
   task.run = [=](const TaskRun& run) { return RunRefinement(*reconstruction, input_mesh, run); };
   return task;
 }

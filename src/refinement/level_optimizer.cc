@@ -24,6 +24,9 @@ constexpr double kMinMassKept = 0.7;
 constexpr double kInitialDamping = 0.01, kMinDamping = 0.003, kMaxDamping = 100.0;
 constexpr double kDampingRaise = 8.0, kDampingFall = 1.0 / 3.0;
 constexpr int kMaxRejections = 3;
+// For progress: the part of the work that is left after each evaluation. How many follow is not
+// known, and they get cheaper as regions stop.
+constexpr double kLeftAfterEvaluation = 0.75;
 // What a border may go further than the surface beside it.
 constexpr double kBorderSlackPx = 1.5;
 constexpr double kMaxRoundingPx = 1e-3;
@@ -80,7 +83,7 @@ class LevelOptimizer {
       SearchAlongLines();
     } else {
       for (int k = 0; k < options_.max_num_iterations && AnyActive(); ++k) {
-        context_.Report(static_cast<double>(k) / options_.max_num_iterations);
+        context_.Report(1 - std::pow(kLeftAfterEvaluation, k + 1));
         if (!Step()) break;
       }
     }

@@ -18,6 +18,7 @@
 #include "lsmvs/refinement/vertex_frames.h"
 #include "lsmvs/refinement/vertex_pixel_sizes.h"
 #include "lsmvs/scene/view_selection.h"
+#include "lsmvs/util/memory.h"
 
 namespace lsmvs {
 
@@ -27,19 +28,20 @@ constexpr int kMinLevelSize = 64;
 constexpr int kFacesPerRegion = 256;
 // Smaller for the guard, which takes back whole regions.
 constexpr int kFacesPerGuardRegion = 64;
-// Relative cost of the levels for progress: each has about a quarter of the pixels of the next.
-constexpr double kLevelCostRatio = 3.0;
+// For progress, measured: what a level takes of the time of the coarser one (fewer regions still
+// move, but there are four times the pixels), the part of a level before its first step, and what
+// the guard, simplification and vertex colours take, in units of the coarsest level.
+constexpr double kLevelCostRatio = 0.75, kPartBeforeSteps = 0.3;
+constexpr double kGuardCost = 0.4, kSimplifyCost = 0.5, kColorCost = 0.15;
 
 // Measured on scenes of 11 to 24 photos.
 constexpr double kSecondsPerPixel = 1.5e-7, kSecondsPerFace = 4e-6;  // for each evaluation
 constexpr double kSecondsPerPixelOnce = 2e-7;                        // decoding, colours
 constexpr double kLevelSum = 1.33;  // pixels of all levels, relative to the finest
-constexpr double kPixelsPerFace = 60, kMapBytesPerPixel = 8, kBytesPerFace = 350,
-                 kBytesPerPixelInWork = 8;
-
-// For progress: the guard's cost in units of the coarsest level, and what simplification and
-// vertex colours leave.
-constexpr double kGuardCost = 2.0, kPartOfLevels = 0.9;
+// Of a dense mesh short edges are collapsed until a face covers so many pixels.
+constexpr double kPixelsOfFace = 3.8;
+// Photos that show a part of the surface, for each view of a track.
+constexpr double kPhotosPerTrackView = 1.5;
 // The guard looks for pairs that took no part among more neighbours than the refinement had.
 constexpr int kGuardNeighborFactor = 2, kMaxGuardPairs = 4;
 
@@ -116,6 +118,7 @@ class MeshRefiner {
     const double start = Seconds();
     result_.mesh.vertices = std::move(mesh.vertices);
     result_.mesh.faces = std::move(mesh.faces);
+    mesh = {};  // what else it has is not needed
     if (options_.smooth_crumbs) {
       result_.num_smoothed_vertices = SmoothCrumbs({}, &result_.mesh, context_);
     }
@@ -144,19 +147,21 @@ class MeshRefiner {
 
   void RefineLevels() {
     const std::vector<int> levels = Levels(images_, options_);
-    double done = 0, all = kGuardCost;
+    double done = 0, all = kGuardCost + kSimplifyCost + kColorCost;
     for (size_t k = 0; k < levels.size(); ++k) all += std::pow(kLevelCostRatio, k);
     for (size_t k = 0; k < levels.size(); ++k) {
       const double cost = std::pow(kLevelCostRatio, k);
-      if (!RefineLevel(levels[k], context_.Part(kPartOfLevels * done / all,
-                                                kPartOfLevels * (done + cost) / all))) {
+      if (!RefineLevel(levels[k], context_.Part(done / all, (done + cost) / all))) {
         return GiveUp("no pair of photos sees the mesh; it is as it was");
       }
       done += cost;
     }
     JudgeAndFinish();
     result_.num_faces_refined = result_.mesh.faces.size();
-    if (options_.simplify_tolerance > 0) Simplify();
+    context_.Report((done + kGuardCost) / all);
+    if (options_.simplify_tolerance > 0) {
+      Simplify(context_.Part((done + kGuardCost) / all, (done + kGuardCost + kSimplifyCost) / all));
+    }
     result_.message =
         fmt::format("{} of {} faces, photo error {:.4f} -> {:.4f}, {} of {} regions restored",
                     result_.mesh.faces.size(), result_.num_faces_refined, result_.input_photo_error,
@@ -170,12 +175,15 @@ class MeshRefiner {
     const auto views = MakeLevelViews(scene_, images_, level);
     SelectPairs(views, context);
     if (AdaptToPairs(result_.levels.empty())) SelectPairs(views, context);
+    ReturnFreedMemory();
     size_t num_seen = 0;
     for (size_t f = 0; f < result_.mesh.faces.size(); ++f) num_seen += pairs_.Seen(f);
     if (result_.levels.empty()) result_.num_faces_seen = num_seen;
     if (num_seen == 0) return false;
+    context.Report(kPartBeforeSteps);
     result_.levels.push_back(OptimizeLevel(images_, views, regions_, pairs_, input_, options_,
-                                           level, &result_.mesh, context));
+                                           level, &result_.mesh,
+                                           context.Part(kPartBeforeSteps, 1)));
     result_.levels.back().seconds = Seconds() - start;
     result_.optimize_seconds += result_.levels.back().seconds;
     return true;
@@ -278,7 +286,7 @@ class MeshRefiner {
     return gain;
   }
 
-  void Simplify() {
+  void Simplify(const RunContext& context) {
     const double start = Seconds();
     std::vector<double> tolerance =
         VertexPixelSizes(result_.mesh, MakeLevelViews(scene_, images_, 0), context_);
@@ -287,8 +295,7 @@ class MeshRefiner {
     input_ = {};
     regions_ = {};
     pairs_ = {};
-    result_.mesh =
-        SimplifyWithinTolerance(result_.mesh, tolerance, {}, context_.Part(kPartOfLevels, 1)).mesh;
+    result_.mesh = SimplifyWithinTolerance(result_.mesh, tolerance, {}, context).mesh;
     result_.simplify_seconds = Seconds() - start;
   }
 
@@ -323,6 +330,39 @@ RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, Triang
   return MeshRefiner(scene, images, options, context).Run(std::move(mesh));
 }
 
+namespace {
+
+// While the triangles of the input are adapted.
+double AdaptationBytes(double num_input_faces, double num_faces) {
+  // The input with rest positions, and again in work with links and origins; densities, twice;
+  // pairs and regions.
+  constexpr double kBefore = (12 + 2 * 24 / 2.0) + (2 * 24 / 2.0 + 32 + 5) + 2 * 4 + 40;
+  // The result with rest positions, the grid that finds crossings, edges to collapse.
+  constexpr double kAfter = (12 + 2 * 24 / 2.0) + 40 + 24;
+  return num_input_faces * kBefore + num_faces * kAfter;
+}
+
+// While a step at full resolution is tried.
+double StepBytes(double num_faces, double num_pixels, double largest, int num_threads) {
+  // Positions: of the mesh, before and after the step, of the input; directions, twice. Pixel size,
+  // anchor, step, gradients and curvatures of both. Region and marks. Smoothness: rings of six and
+  // three weights a neighbour.
+  constexpr double kVertex = 6 * 24 + 7 * 8 + 7 + (8 + 6 * 4 * 4 + 16);
+  // Corners, region, pairs with their sizes; error, mass and pixels of both.
+  constexpr double kFace = 12 + 4 + (6 * 4 + 8) + 2 * 12 + 1;
+  // Each thread: where a face is in its list, vertices projected; the faces of its view with their
+  // sums, in work and waiting to be added.
+  constexpr double kFaceInThread = 4 + 40 / 2.0, kFaceOfView = 8 + 36 + 40;
+  // Photos in grey and depth maps; face maps of about half the views.
+  constexpr double kPixel = 4 + 4 + 4 / 2.0;
+  const double faces_of_view = std::min(num_faces, largest / kPixelsOfFace);
+  return num_faces * (kVertex / 2 + kFace) +
+         num_threads * (num_faces * kFaceInThread + faces_of_view * kFaceOfView) +
+         num_pixels * kPixel;
+}
+
+}  // namespace
+
 CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images,
                                     size_t num_input_faces, const MeshRefinerOptions& options,
                                     const RunContext& context) {
@@ -333,16 +373,25 @@ CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images
     pixels += size;
     largest = std::max(largest, size);
   }
-  const double faces = std::max(static_cast<double>(num_input_faces), pixels / kPixelsPerFace);
+  const auto input_faces = static_cast<double>(num_input_faces);
+  const double surface_pixels = pixels / (kPhotosPerTrackView * MeanTrackLength(scene));
+  // Faces are halved while they are larger: they end at three quarters of that, in the mean.
+  const double faces_by_area =
+      options.max_face_area_px > 0 ? surface_pixels / (0.75 * options.max_face_area_px) : 0;
+  const double faces_left =
+      options.improve_mesh ? std::min(input_faces, surface_pixels / kPixelsOfFace) : input_faces;
+  const double faces = std::max(faces_left, faces_by_area);
   const double evaluations = options.max_num_iterations / 2.0 + 1.0;
   CostEstimate cost;
   cost.cpu_seconds = evaluations * (kLevelSum * pixels * kSecondsPerPixel +
-                                    options.num_levels * faces * kSecondsPerFace) +
+                                    options.num_levels * input_faces * kSecondsPerFace) +
                      pixels * kSecondsPerPixelOnce;
-  const double maps =
-      std::min(kMapBytesPerPixel * pixels, static_cast<double>(context.memory_budget_bytes) / 4);
-  cost.peak_bytes = static_cast<size_t>(maps + kBytesPerFace * faces +
-                                        context.num_threads() * kBytesPerPixelInWork * largest);
+  // Photos and maps share half of the budget.
+  const double pixels_held =
+      std::min(pixels, static_cast<double>(context.memory_budget_bytes) / 2 / 10);
+  cost.peak_bytes =
+      static_cast<size_t>(std::max(AdaptationBytes(input_faces, faces),
+                                   StepBytes(faces, pixels_held, largest, context.num_threads())));
   return cost;
 }
 

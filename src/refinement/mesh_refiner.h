@@ -170,8 +170,9 @@ struct RefinementResult {
 RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, TriangleMesh mesh,
                             const MeshRefinerOptions& options, const RunContext& context);
 
-// From the pixels of the views, the pairs a facet and the vertices that the target facet size
-// implies.
+// From the pixels of the views, the faces of the input and those that the target facet size implies
+// (the surface's area in pixels follows from the tracks of the sparse points). `context` says the
+// threads and the budget of memory.
 CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images,
                                     size_t num_input_faces, const MeshRefinerOptions& options,
                                     const RunContext& context);

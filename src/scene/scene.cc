@@ -7,8 +7,6 @@ namespace lsmvs {
 
 namespace {
 
-constexpr size_t kMinPointsForOwnRange = 10;
-
 DepthRange QuantileRange(std::vector<double>* depths, double margin) {
   if (depths->empty()) return {};
   std::sort(depths->begin(), depths->end());
@@ -18,7 +16,29 @@ DepthRange QuantileRange(std::vector<double>* depths, double margin) {
   return {at(0.01) / (1 + margin), at(0.99) * (1 + margin)};
 }
 
+// Of all points before the view.
+std::vector<double> PositiveDepths(const Scene& scene, const View& view) {
+  std::vector<double> depths;
+  for (const SparsePoint& point : scene.points) {
+    const double depth = view.Depth(point.x_in_world);
+    if (depth > 0) depths.push_back(depth);
+  }
+  return depths;
+}
+
 }  // namespace
+
+std::vector<uint32_t> PointsInImage(const Scene& scene, int view_idx) {
+  const View& view = scene.views[static_cast<size_t>(view_idx)];
+  std::vector<uint32_t> point_idxs;
+  for (size_t p = 0; p < scene.points.size(); ++p) {
+    const Eigen::Vector3d x = view.cam_from_world * scene.points[p].x_in_world;
+    if (x.z() > 0 && view.camera.Contains(view.camera.Project(x))) {
+      point_idxs.push_back(static_cast<uint32_t>(p));
+    }
+  }
+  return point_idxs;
+}
 
 std::vector<DepthRange> EstimateDepthRanges(const Scene& scene, double margin) {
   std::vector<std::vector<double>> depths(scene.views.size());
@@ -30,16 +50,29 @@ std::vector<DepthRange> EstimateDepthRanges(const Scene& scene, double margin) {
   }
   std::vector<DepthRange> ranges(scene.views.size());
   for (size_t v = 0; v < scene.views.size(); ++v) {
-    if (depths[v].size() < kMinPointsForOwnRange) {
+    const View& view = scene.views[v];
+    if (depths[v].size() < kMinPointsOfView) {
       depths[v].clear();
-      for (const SparsePoint& point : scene.points) {
-        const double depth = scene.views[v].Depth(point.x_in_world);
-        if (depth > 0) depths[v].push_back(depth);
+      for (const uint32_t p : PointsInImage(scene, static_cast<int>(v))) {
+        depths[v].push_back(view.Depth(scene.points[p].x_in_world));
       }
     }
+    if (depths[v].size() < kMinPointsOfView) depths[v] = PositiveDepths(scene, view);
     ranges[v] = QuantileRange(&depths[v], margin);
   }
   return ranges;
+}
+
+double MeanTrackLength(const Scene& scene) {
+  constexpr double kUsual = 4;
+  size_t num_points = 0, num_views = 0;
+  for (const SparsePoint& point : scene.points) {
+    if (point.view_idxs.size() < 2) continue;
+    ++num_points;
+    num_views += point.view_idxs.size();
+  }
+  return num_points == 0 ? kUsual
+                         : static_cast<double>(num_views) / static_cast<double>(num_points);
 }
 
 double GroundSamplingDistance(const Scene& scene) {

@@ -62,10 +62,22 @@ struct DepthRange {
   double min = 0, max = 0;
 };
 
+// Fewer sparse points than this say little about where the surface lies in a view.
+inline constexpr size_t kMinPointsOfView = 10;
+
+// Positions in scene.points of the points that lie before the view and within its image, whether
+// its track has the view or not; what hides them is not known.
+std::vector<uint32_t> PointsInImage(const Scene& scene, int view_idx);
+
 // Per view the range that its sparse points span between the 1 % and 99 % quantile, widened by
-// `margin` (0.25 = a quarter of the near and far value). Views that see fewer than 10 points take
-// the range of all points before the camera. {0, 0} where nothing is known.
+// `margin` (0.25 = a quarter of the near and far value). Views that see fewer than kMinPointsOfView
+// points take those in their image; where these are too few as well, all points before the camera.
+// {0, 0} where nothing is known.
 std::vector<DepthRange> EstimateDepthRanges(const Scene& scene, double margin = 0.25);
+
+// In how many photos a part of the scene is seen, about: the mean number of views of the points
+// that two or more see. 4 without such points.
+double MeanTrackLength(const Scene& scene);
 
 // The scene's own unit: the median over the sparse points and their views of depth / focal length
 // at full resolution: how much surface one pixel covers. 0 without points.

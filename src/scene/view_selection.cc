@@ -21,6 +21,13 @@ constexpr int kCoverageCells = 8;
 constexpr double kMaxFallbackAxisAngleDeg = 45.0;
 // Angle between the axes at which a view counts as if it were twice as far away.
 constexpr double kHalfScoreAxisAngleDeg = 15.0;
+// Views with fewer neighbours by shared points than this get some by overlap.
+constexpr int kEnoughNeighbors = 4;
+// A point that a view sees is not hidden from another that looks at it from nearly the same side.
+constexpr double kMaxSightAngleDeg = 60.0;
+// Places that overlap is judged by, at most; part of them that two views must have in common.
+constexpr size_t kMaxOverlapPlaces = 1000;
+constexpr double kMinOverlap = 0.1;
 
 // What the sparse points that two views share say about the second as neighbour of the first.
 struct PairStatistics {
@@ -113,6 +120,116 @@ std::vector<Neighbor> UsableNeighbors(const ViewSelectionOptions& options,
   return neighbors;
 }
 
+void KeepBest(std::vector<Neighbor>* neighbors, int count) {
+  std::sort(neighbors->begin(), neighbors->end(), [](const Neighbor& a, const Neighbor& b) {
+    return a.score != b.score ? a.score > b.score : a.view_idx < b.view_idx;
+  });
+  if (static_cast<int>(neighbors->size()) > count) neighbors->resize(static_cast<size_t>(count));
+}
+
+// Finds neighbours of views that share too few points with others, by what both look at.
+class OverlapSelector {
+ public:
+  OverlapSelector(const Scene& scene, const std::vector<Eigen::Vector3d>& centers,
+                  const ViewSelectionOptions& options)
+      : scene_(scene), centers_(centers), options_(options), ranges_(EstimateDepthRanges(scene)) {}
+
+  // Adds to the neighbours by shared points, which stay first.
+  void Complete(int view_idx, std::vector<Neighbor>* neighbors) const {
+    std::vector<PairStatistics> others(scene_.views.size());
+    const std::vector<SparsePoint> places = Places(view_idx);
+    for (const SparsePoint& place : places) {
+      AddPoint(scene_, centers_, options_.best_triangulation_angle_deg, view_idx, place, &others);
+    }
+    std::vector<Neighbor> found = UsableNeighbors(options_, &others);
+    std::erase_if(found, [&](const Neighbor& n) {
+      const bool known = std::any_of(neighbors->begin(), neighbors->end(), [&](const auto& other) {
+        return other.view_idx == n.view_idx;
+      });
+      return known || n.num_shared_points < kMinOverlap * static_cast<double>(places.size());
+    });
+    const int missing = std::min(kEnoughNeighbors, options_.max_num_neighbors) -
+                        static_cast<int>(neighbors->size());
+    KeepBest(&found, std::max(0, missing));
+    Append(found, neighbors);
+  }
+
+ private:
+  // With scores below those of the neighbours that are there.
+  static void Append(const std::vector<Neighbor>& found, std::vector<Neighbor>* neighbors) {
+    if (found.empty()) return;
+    const double limit = neighbors->empty() ? found.front().score : 0.5 * neighbors->back().score;
+    const double scale = std::min(1.0, limit / found.front().score);
+    for (Neighbor neighbor : found) {
+      neighbor.score *= scale;
+      neighbor.num_shared_points = 0;
+      neighbor.by_overlap = true;
+      neighbors->push_back(neighbor);
+    }
+  }
+
+  // Where the surface that the view shows may lie, each with the views that look there.
+  std::vector<SparsePoint> Places(int view_idx) const {
+    std::vector<uint32_t> point_idxs = PointsInImage(scene_, view_idx);
+    std::erase_if(point_idxs, [&](uint32_t p) { return !MaySee(view_idx, scene_.points[p]); });
+    std::vector<SparsePoint> places;
+    const size_t stride = point_idxs.size() / kMaxOverlapPlaces + 1;
+    for (size_t i = 0; i < point_idxs.size(); i += stride) {
+      places.push_back(PlaceAt(scene_.points[point_idxs[i]].x_in_world));
+    }
+    return places.size() < kMinPointsOfView ? GridPlaces(view_idx) : places;
+  }
+
+  std::vector<SparsePoint> GridPlaces(int view_idx) const {
+    const View& view = scene_.views[static_cast<size_t>(view_idx)];
+    const DepthRange& range = ranges_[static_cast<size_t>(view_idx)];
+    std::vector<SparsePoint> places;
+    if (!(range.min > 0)) return places;
+    const double depth = std::sqrt(range.min * range.max);
+    const Rigid3 world_from_cam = view.cam_from_world.Inverse();
+    for (int k = 0; k < kCoverageCells * kCoverageCells; ++k) {
+      const Eigen::Vector2d x_px((k % kCoverageCells + 0.5) * view.camera.width / kCoverageCells,
+                                 (k / kCoverageCells + 0.5) * view.camera.height / kCoverageCells);
+      places.push_back(PlaceAt(world_from_cam * (depth * view.camera.Ray(x_px))));
+    }
+    return places;
+  }
+
+  bool MaySee(int view_idx, const SparsePoint& point) const {
+    if (!Holds(view_idx, point.x_in_world)) return false;
+    return std::any_of(point.view_idxs.begin(), point.view_idxs.end(), [&](int other) {
+      return kDegreesPerRadian * TriangulationAngle(centers_[static_cast<size_t>(view_idx)],
+                                                    centers_[static_cast<size_t>(other)],
+                                                    point.x_in_world) <
+             kMaxSightAngleDeg;
+    });
+  }
+
+  // In its image and within its range of depths.
+  bool Holds(int view_idx, const Eigen::Vector3d& x_in_world) const {
+    const View& view = scene_.views[static_cast<size_t>(view_idx)];
+    const DepthRange& range = ranges_[static_cast<size_t>(view_idx)];
+    const Eigen::Vector3d x = view.cam_from_world * x_in_world;
+    return x.z() > 0 && x.z() >= range.min && x.z() <= range.max &&
+           view.camera.Contains(view.camera.Project(x));
+  }
+
+  SparsePoint PlaceAt(const Eigen::Vector3d& x_in_world) const {
+    SparsePoint place;
+    place.x_in_world = x_in_world;
+    for (int v = 0; v < scene_.num_views(); ++v) {
+      if (scene_.views[static_cast<size_t>(v)].has_photo && Holds(v, x_in_world))
+        place.view_idxs.push_back(v);
+    }
+    return place;
+  }
+
+  const Scene& scene_;
+  const std::vector<Eigen::Vector3d>& centers_;
+  const ViewSelectionOptions& options_;
+  const std::vector<DepthRange> ranges_;
+};
+
 std::vector<Neighbor> NearestViews(const Scene& scene, const std::vector<Eigen::Vector3d>& centers,
                                    const std::vector<int>& places, int view_idx) {
   std::vector<Neighbor> neighbors;
@@ -127,13 +244,6 @@ std::vector<Neighbor> NearestViews(const Scene& scene, const std::vector<Eigen::
     neighbors.push_back({other, 1.0 / (distance * (1 + turn * turn)), 0.0, 0});
   }
   return neighbors;
-}
-
-void KeepBest(std::vector<Neighbor>* neighbors, int count) {
-  std::sort(neighbors->begin(), neighbors->end(), [](const Neighbor& a, const Neighbor& b) {
-    return a.score != b.score ? a.score > b.score : a.view_idx < b.view_idx;
-  });
-  if (static_cast<int>(neighbors->size()) > count) neighbors->resize(static_cast<size_t>(count));
 }
 
 }  // namespace
@@ -175,6 +285,16 @@ std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,
       neighbors[v] = UsableNeighbors(options, &others);
     }
     KeepBest(&neighbors[v], options.max_num_neighbors);
+  });
+  std::vector<int> lonely;
+  for (int v = 0; v < scene.num_views() && any_shared; ++v) {
+    const auto count = static_cast<int>(neighbors[static_cast<size_t>(v)].size());
+    if (count < std::min(kEnoughNeighbors, options.max_num_neighbors)) lonely.push_back(v);
+  }
+  if (lonely.empty()) return neighbors;
+  const OverlapSelector selector(scene, centers, options);
+  ParallelFor(context, lonely.size(), 1, [&](size_t i) {
+    selector.Complete(lonely[i], &neighbors[static_cast<size_t>(lonely[i])]);
   });
   return neighbors;
 }

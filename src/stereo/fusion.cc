@@ -8,6 +8,7 @@
 
 #include "lsmvs/image/largest_image.h"
 #include "lsmvs/scene/center_groups.h"
+#include "lsmvs/scene/packed_depth_map.h"
 #include "lsmvs/stereo/plane_map.h"
 #include "lsmvs/stereo/view_geometry.h"
 #include "lsmvs/stereo/weak_support.h"
@@ -18,8 +19,9 @@ namespace {
 
 // For the cost estimate, measured on 1536 x 1024 photos.
 constexpr double kSecondsPerPixel = 0.45e-6;
-// Evidence and points of one view, a dozen maps and photos.
-constexpr double kBytesPerPixel = 440;
+// Also for it: views that agree on the points of the views fused first; points a pixel of these; by
+// how much vectors that grow are larger than what they hold.
+constexpr double kViewsOfFirstPoints = 6, kPointsOfFirstView = 0.6, kGrowth = 1.4;
 // A view sees through a point if its map lies so many times the thresholds behind it.
 constexpr double kSeeThroughFactor = 2;
 // Pixels of weak support must hang together over the area of a few matching windows: less repeats
@@ -64,8 +66,8 @@ struct LoadedView {
 // What one neighbour says about the depths of one row of the reference: few of its pixels where
 // neighbours are many.
 struct RowEstimates {
-  std::vector<int32_t> columns;  // ascending
-  std::vector<float> depths;     // on the reference's ray
+  PixelSet columns;           // that it has an estimate for; empty: none
+  std::vector<float> depths;  // on the reference's ray, by ascending column
 };
 
 // What the neighbours say about the pixels of one reference view.
@@ -278,7 +280,10 @@ void Fuser::Collect(const LoadedView& reference, const PixelSet& covered,
     const double estimate = (offset - normal.dot(neighbor_from_reference.translation)) / along;
     if (!(std::abs(estimate - depth) <= 2 * thresholds_.depth * depth)) return;
     RowEstimates& estimates = evidence->estimates[slot][static_cast<size_t>(row)];
-    estimates.columns.push_back(column);
+    if (estimates.columns.empty()) {
+      estimates.columns = PixelSet(static_cast<size_t>(reference.camera.width));
+    }
+    estimates.columns.Insert(static_cast<size_t>(column));
     estimates.depths.push_back(static_cast<float>(estimate));
     evidence->normal_sums[pixel] += (world_from_neighbor * normal).cast<float>();
     evidence->color_sums[pixel] += neighbor.ColorAt(to_column, to_row).cast<float>();
@@ -348,20 +353,18 @@ VisibilityCloud Fuser::FuseRow(const LoadedView& reference, int view_idx,
   for (int column = 0; column < reference.camera.width; ++column) {
     const size_t pixel = reference.map->depth.Index(column, row);
     const float depth = reference.map->depth.pixels[pixel];
-    const uint8_t kind = support.pixels[pixel];
-    if (kind == kNoSupport || kind == kCovered || reference.MaskedOut(column, row)) continue;
     depths.assign(1, depth);
     views.assign(1, static_cast<uint32_t>(view_idx));
     for (size_t slot = 0; slot < neighbor_idxs.size(); ++slot) {
       const RowEstimates& estimates = evidence.estimates[slot][static_cast<size_t>(row)];
-      size_t& i = next[slot];
-      while (i < estimates.columns.size() && estimates.columns[i] < column) ++i;
-      if (i == estimates.columns.size() || estimates.columns[i] != column) continue;
-      if (static_cast<int>(depths.size()) < options_.max_num_pixels) {
-        depths.push_back(estimates.depths[i]);
-      }
+      if (estimates.columns.empty() || !estimates.columns.Has(static_cast<size_t>(column)))
+        continue;
+      const float estimate = estimates.depths[next[slot]++];
+      if (static_cast<int>(depths.size()) < options_.max_num_pixels) depths.push_back(estimate);
       views.push_back(static_cast<uint32_t>(neighbor_idxs[slot]));
     }
+    const uint8_t kind = support.pixels[pixel];
+    if (kind == kNoSupport || kind == kCovered || reference.MaskedOut(column, row)) continue;
     const Eigen::Vector3d x =
         world_from_reference * (RobustMean(&depths) * reference.camera.PixelRay(column, row));
     if (!options_.bounding_box.isEmpty() &&
@@ -433,6 +436,8 @@ void Fuser::FuseView(int view_idx, const CloudSink& sink, const RunContext& cont
   std::vector<VisibilityCloud> rows(static_cast<size_t>(reference.camera.height));
   ParallelFor(context, rows.size(), 8, [&](size_t row) {
     rows[row] = FuseRow(reference, view_idx, support, evidence, static_cast<int>(row));
+    // Points take the place of what they were made from.
+    for (std::vector<RowEstimates>& of_neighbor : evidence.estimates) of_neighbor[row] = {};
   });
   Cover(view_idx, rows, context);
   for (const VisibilityCloud& row : rows) sink(row);
@@ -454,17 +459,40 @@ void FuseDepthMaps(const Scene& scene, const ImageStore& images,
   Fuser(scene, images, neighbors, maps, options).Run(sink, context);
 }
 
-CostEstimate EstimateFusionCost(const Scene& scene, const ImageStore& images) {
+namespace {
+
+// For one pixel of a view, that has all the others as neighbours.
+double FusionBytesPerPixel(const Scene& scene, const FusionOptions& options) {
+  const double num_views = scene.num_views();
+  const double num_neighbors = std::min<double>(options.check_num_images, num_views - 1);
+  const double num_held = std::min<double>(num_views, kViewsHeld);
+  const double num_agreeing = std::min(num_neighbors, kViewsOfFirstPoints - 1);
+  // Held: maps and photos; the maps of the reference and one neighbour, unpacked.
+  const double held = num_held * (PackedDepthMap::kBytesPerPixel + sizeof(Color)) + 2 * 16;
+  // Evidence: sums of normals and colours, three counts; for each neighbour a bit.
+  const double evidence = 12 + 12 + 3 * 2 + num_neighbors / 8;
+  // A depth of each neighbour that agrees, in vectors that have grown. Row by row the points of the
+  // view take their place; of the first view few pixels are covered: position, normal, colour,
+  // views and where they begin.
+  const double estimates = kGrowth * 4 * num_agreeing;
+  const double points = kPointsOfFirstView * kGrowth * (12 + 12 + 3 + 8 + 4 * (1 + num_agreeing));
+  const double support = 1, covered = num_views / 8;
+  return held + evidence + std::max(estimates, points) + support + covered;
+}
+
+}  // namespace
+
+CostEstimate EstimateFusionCost(const Scene& scene, const ImageStore& images,
+                                const FusionOptions& options) {
   CostEstimate cost;
-  double largest = 0, total = 0;
+  double total = 0;
   for (int v = 0; v < scene.num_views(); ++v) {
     const PinholeCamera camera = images.Camera(v, 0);
-    const double num_pixels = static_cast<double>(camera.width) * camera.height;
-    total += num_pixels;
-    largest = std::max(largest, num_pixels);
+    total += static_cast<double>(camera.width) * camera.height;
   }
   cost.cpu_seconds = total * kSecondsPerPixel;
-  cost.peak_bytes = static_cast<size_t>(largest * kBytesPerPixel);
+  cost.peak_bytes = static_cast<size_t>(static_cast<double>(LargestImagePixels(images)) *
+                                        FusionBytesPerPixel(scene, options));
   return cost;
 }
 

@@ -62,6 +62,8 @@ void FuseDepthMaps(const Scene& scene, const ImageStore& images,
                    const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
                    const FusionOptions& options, const CloudSink& sink, const RunContext& context);
 
-CostEstimate EstimateFusionCost(const Scene& scene, const ImageStore& images);
+// Memory: of the largest view; depths of packed maps, see PackedDepthMap.
+CostEstimate EstimateFusionCost(const Scene& scene, const ImageStore& images,
+                                const FusionOptions& options);
 
 }  // namespace lsmvs

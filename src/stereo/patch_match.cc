@@ -7,6 +7,8 @@
 #include <numbers>
 
 #include "lsmvs/geometry/triangulation.h"
+#include "lsmvs/image/largest_image.h"
+#include "lsmvs/scene/packed_depth_map.h"
 #include "lsmvs/stereo/level_matcher.h"
 #include "lsmvs/stereo/plain_zones.h"
 #include "lsmvs/stereo/view_geometry.h"
@@ -19,13 +21,10 @@ namespace {
 // The coarsest level keeps at least so many pixels along the shorter side.
 constexpr int kMinCoarseSide = 60;
 // For the cost estimate, measured on 1536 x 1024 photos: windows matched a full-resolution pixel in
-// both passes, the time of one bilinear sample, of all else a pixel, and memory of the view and of
-// one neighbour.
+// both passes, the time of one bilinear sample, and of all else a pixel.
 constexpr double kWindowsPerPixel = 130;
 constexpr double kSecondsPerSample = 1.2e-9;
 constexpr double kSecondsPerPixel = 1.5e-6;
-constexpr double kBytesPerPixel = 100;
-constexpr double kBytesPerNeighborPixel = 15;
 // Sparse points are few on ground before the camera and on what stands behind the scene: depths so
 // many times beyond their range are tried as well. It costs nothing: planes start from the points
 // and spread, and inverse depth hardly grows beyond the far end.
@@ -108,6 +107,7 @@ class ViewMatcher {
   Level MakeLevel(int level) const;
   void AddSource(const PinholeCamera& camera, int neighbor_idx, int level, Level* out) const;
   void AddSourcePlanes(const PinholeCamera& camera, int neighbor_idx, Level* out) const;
+  std::vector<uint32_t> SeedPoints() const;
   PlaneMap SeedPlanes(const PinholeCamera& camera) const;
   PlaneMap OwnPlanes() const;
   int CoarsestLevel() const;
@@ -199,15 +199,14 @@ Level ViewMatcher::MakeLevel(int level) const {
   return out;
 }
 
-// Inverse depths of the sparse points that the view sees; every other pixel takes that of the
-// nearest.
+// Inverse depths of the sparse points that the view sees (where these are few, of those in its
+// image); every other pixel takes that of the nearest.
 PlaneMap ViewMatcher::SeedPlanes(const PinholeCamera& camera) const {
   PlaneMap planes(camera.width, camera.height);
   const View& view = scene_.views[static_cast<size_t>(view_idx_)];
   std::deque<PixelPosition> front;
-  for (const SparsePoint& point : scene_.points) {
-    if (!std::binary_search(point.view_idxs.begin(), point.view_idxs.end(), view_idx_)) continue;
-    const Eigen::Vector3d x = view.cam_from_world * point.x_in_world;
+  for (const uint32_t p : SeedPoints()) {
+    const Eigen::Vector3d x = view.cam_from_world * scene_.points[p].x_in_world;
     if (!(x.z() > 0)) continue;
     const Eigen::Vector2d x_px = camera.Project(x);
     if (!camera.Contains(x_px)) continue;
@@ -225,6 +224,17 @@ PlaneMap ViewMatcher::SeedPlanes(const PinholeCamera& camera) const {
     }
   }
   return planes;
+}
+
+std::vector<uint32_t> ViewMatcher::SeedPoints() const {
+  std::vector<uint32_t> point_idxs;
+  for (size_t p = 0; p < scene_.points.size(); ++p) {
+    const std::vector<int>& view_idxs = scene_.points[p].view_idxs;
+    if (std::binary_search(view_idxs.begin(), view_idxs.end(), view_idx_)) {
+      point_idxs.push_back(static_cast<uint32_t>(p));
+    }
+  }
+  return point_idxs.size() < kMinPointsOfView ? PointsInImage(scene_, view_idx_) : point_idxs;
 }
 
 PlaneMap ViewMatcher::OwnPlanes() const {
@@ -344,6 +354,37 @@ DepthMap EstimateDepthMap(const Scene& scene, const ImageStore& images, int view
   return matcher.Run(context);
 }
 
+namespace {
+
+// What a view of so many pixels holds while its finest level is matched.
+double MatchingBytes(double num_pixels, int num_neighbors, const PatchMatchOptions& options) {
+  // The level: planes and costs of the matcher, its choice of sources (a byte a source for each
+  // tile of 32 pixels), a copy of the planes. Of each neighbour a cell image.
+  constexpr double kLevel = 12 + 4 + 1 + 12, kCells = 4;
+  double bytes = kLevel + kCells * num_neighbors;
+  if (options.geom_consistency) {
+    // At half the resolution: planes of the view and of its neighbours; the map that the last was
+    // made from.
+    bytes += (12.0 * (1 + num_neighbors) + 16) / 4;
+  }
+  // The maps that are written: depths and normals, twice, and one component on its own.
+  constexpr double kWriting = 12 + 2 * 16 + 4;
+  return num_pixels * std::max(bytes, kWriting);
+}
+
+// What is kept between the views: photos in grey with their levels, packed maps of the first pass.
+double HeldBytes(double num_pixels, int num_views, int num_neighbors,
+                 const PatchMatchOptions& options) {
+  constexpr double kPhoto = 4 * 4.0 / 3, kPackedMap = PackedDepthMap::kBytesPerPixel / 4.0;
+  // A view asks for photos before those of the view before are let go of.
+  const double photos = std::min<double>(num_views, kViewsHeld + num_neighbors / 2.0);
+  const double maps =
+      options.geom_consistency ? std::min<double>(num_views, kViewsHeld) * kPackedMap : 0;
+  return num_pixels * (kPhoto * photos + maps);
+}
+
+}  // namespace
+
 CostEstimate EstimatePatchMatchCost(const Scene& scene, const ImageStore& images,
                                     const PatchMatchOptions& options) {
   CostEstimate cost;
@@ -354,9 +395,12 @@ CostEstimate EstimatePatchMatchCost(const Scene& scene, const ImageStore& images
     const double num_pixels = static_cast<double>(camera.width) * camera.height;
     cost.cpu_seconds +=
         num_pixels * (kWindowsPerPixel * samples * kSecondsPerSample + kSecondsPerPixel);
-    const double bytes = kBytesPerPixel + kBytesPerNeighborPixel * options.max_num_neighbors;
-    cost.peak_bytes = std::max(cost.peak_bytes, static_cast<size_t>(num_pixels * bytes));
   }
+  const auto largest = static_cast<double>(LargestImagePixels(images));
+  const int num_neighbors = std::min(options.max_num_neighbors, scene.num_views() - 1);
+  cost.peak_bytes =
+      static_cast<size_t>(MatchingBytes(largest, num_neighbors, options) +
+                          HeldBytes(largest, scene.num_views(), num_neighbors, options));
   return cost;
 }
 

@@ -97,7 +97,8 @@ DepthMap EstimateDepthMap(const Scene& scene, const ImageStore& images, int view
 // Level of the image store that a photometric map with these options has.
 int PhotometricLevel(const PatchMatchOptions& options);
 
-// Both passes over all views of the scene.
+// Both passes over all views of the scene. Memory: of the largest view, with the photos and maps
+// that are held meanwhile.
 CostEstimate EstimatePatchMatchCost(const Scene& scene, const ImageStore& images,
                                     const PatchMatchOptions& options);
 

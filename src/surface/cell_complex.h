@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "lsmvs/graph/minimum_cut.h"
+#include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
 
@@ -45,7 +46,8 @@ struct CellComplex {
 
 // Builds the complex. Points should come in an order of which neighbours are close (HilbertOrder).
 // Empty cells if fewer than four points are different or all are in one plane. Exact: no tolerance
-// anywhere. Deterministic.
-CellComplex BuildDelaunay(std::vector<Eigen::Vector3f> points);
+// anywhere. Deterministic. Works in one thread; throws CancelledError.
+CellComplex BuildDelaunay(std::vector<Eigen::Vector3f> points,
+                          const RunContext& context = RunContext(1));
 
 }  // namespace lsmvs

@@ -15,6 +15,7 @@ using internal::InSphere;
 using internal::Orientation;
 
 constexpr int kNumRounds = 12;
+constexpr size_t kReportEach = 1 << 16;
 constexpr int32_t kFreeCell = -2;  // as vertex[0] of a cell that is not in use
 
 // Biased randomised insertion order: each round holds about half of what is left, rounds are walked
@@ -44,12 +45,16 @@ class DelaunayBuilder {
     complex_.incident_cell.assign(points_.size(), -1);
   }
 
-  CellComplex Run() {
+  CellComplex Run(const RunContext& context) {
     std::vector<uint32_t> order = InsertionOrder(points_.size());
     if (!InsertFirstCell(&order)) return std::move(complex_);
     cells_.reserve(points_.size() * 69 / 10 + 64);
-    for (const uint32_t p : order) {
-      if (p != kInserted) Insert(static_cast<int32_t>(p));
+    for (size_t i = 0; i < order.size(); ++i) {
+      if (order[i] != kInserted) Insert(static_cast<int32_t>(order[i]));
+      if (i % kReportEach == 0) {
+        context.ThrowIfCancelled();
+        context.Report(static_cast<double>(i) / static_cast<double>(order.size()));
+      }
     }
     std::vector<uint32_t>().swap(order);
     SortCells();
@@ -321,8 +326,8 @@ class DelaunayBuilder {
 
 }  // namespace
 
-CellComplex BuildDelaunay(std::vector<Eigen::Vector3f> points) {
-  return DelaunayBuilder(std::move(points)).Run();
+CellComplex BuildDelaunay(std::vector<Eigen::Vector3f> points, const RunContext& context) {
+  return DelaunayBuilder(std::move(points)).Run(context);
 }
 
 }  // namespace lsmvs

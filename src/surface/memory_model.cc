@@ -21,9 +21,11 @@ size_t MeshingSize::CloudBytes() const {
 }
 
 size_t MeshingSize::MergingBytes() const {
-  constexpr size_t kReach = 20, kIndices = 2 * sizeof(uint32_t);
-  constexpr size_t kGridPerVertex = 40;  // position, first point, entry of the grid
-  return (kReach + kIndices) * num_points + kGridPerVertex * num_vertices;
+  constexpr size_t kIndices = 2 * sizeof(uint32_t);  // a point's place in the order and its vertex
+  // Position, first point and next one in its cell, in arrays that have grown; the grid's table, of
+  // 16 bytes an entry and a third full, with the half as large one that it grew from.
+  constexpr size_t kPerVertex = (12 + 4 + 4) * 3 / 2 + 16 * 3 * 3 / 2;
+  return kIndices * num_points + kPerVertex * num_vertices;
 }
 
 size_t MeshingSize::CuttingBytes() const {

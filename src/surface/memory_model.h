@@ -14,7 +14,8 @@ struct MeshingSize {
 
   // The cloud itself, which is there before and is freed once it is merged.
   size_t CloudBytes() const;
-  // Beside the cloud, while points are merged: the reach of each point, its order and vertex.
+  // Beside the cloud, while points are merged: the order and vertex of each point, the grid of
+  // vertices.
   size_t MergingBytes() const;
   // Without the cloud, while rays are walked or facets collected: the cells above all.
   size_t CuttingBytes() const;

@@ -20,8 +20,15 @@ constexpr float kDepthStretch = 2.0f;  // joining distance along the ray over th
 
 // How near another point must be to join.
 struct Reach {
-  float across = 0, along = 0;  // canonical; across < 0: the point is ignored
+  float across = 0, along = 0;  // canonical
   Eigen::Vector3f ray;          // unit, from the view that sees the point finest
+};
+
+// The view that sees a point finest.
+struct FinestView {
+  const View* view = nullptr;                                   // null: the point is to be ignored
+  double depth = 0;                                             // world
+  double pixel_size = std::numeric_limits<double>::infinity();  // world
 };
 
 CanonicalFrame FindFrame(const VisibilityCloud& cloud) {
@@ -51,30 +58,17 @@ CanonicalFrame FindFrame(const VisibilityCloud& cloud) {
   return frame;
 }
 
-Reach MeasureReach(const Scene& scene, const VisibilityCloud& cloud, size_t p,
-                   const PointMergingOptions& options, const CanonicalFrame& frame) {
-  Reach reach;
-  reach.across = -1;
-  if (!cloud.positions[p].allFinite()) return reach;
+FinestView FindFinestView(const Scene& scene, const VisibilityCloud& cloud, size_t p) {
+  FinestView finest;
+  if (!cloud.positions[p].allFinite()) return finest;
   const Eigen::Vector3d x = cloud.positions[p].cast<double>();
-  double finest = std::numeric_limits<double>::infinity(), depth_there = 0;
-  uint32_t view_there = 0;
   for (const uint32_t view_idx : cloud.ViewsOf(p)) {
     const View& view = scene.views[view_idx];
     const double depth = view.Depth(x);
-    const double pixel = depth / view.camera.MeanFocalLength();
-    if (depth <= 0 || pixel >= finest) continue;
-    finest = pixel;
-    depth_there = depth;
-    view_there = view_idx;
+    const double pixel_size = depth / view.camera.MeanFocalLength();
+    if (depth > 0 && pixel_size < finest.pixel_size) finest = {&view, depth, pixel_size};
   }
-  if (!(depth_there > 0)) return reach;
-  const double across = options.max_proj_dist * finest;
-  const double along = std::min(kDepthStretch * across, options.max_depth_dist * depth_there);
-  reach.across = static_cast<float>(across / frame.world_per_unit);
-  reach.along = static_cast<float>(along / frame.world_per_unit);
-  reach.ray = (x - scene.views[view_there].CenterInWorld()).normalized().cast<float>();
-  return reach;
+  return finest;
 }
 
 // Joins points one after the other.
@@ -89,9 +83,8 @@ class Merger {
   }
 
   MergedCloud Run() {
-    MeasureReaches();
+    MeasureAll();
     AssignAll();
-    std::vector<Reach>().swap(reaches_);
     SortVertices();
     GatherSights();
     return std::move(result_);
@@ -102,17 +95,34 @@ class Merger {
     return result_.frame.FromWorld(cloud_.positions[p].cast<double>()).cast<float>();
   }
 
-  void MeasureReaches() {
-    reaches_.resize(cloud_.size());
+  void MeasureAll() {
+    across_.resize(cloud_.size());
     ParallelFor(context_, cloud_.size(), kBlock, [&](size_t p) {
-      reaches_[p] = MeasureReach(scene_, cloud_, p, options_, result_.frame);
+      const FinestView finest = FindFinestView(scene_, cloud_, p);
+      across_[p] = finest.view == nullptr ? -1.0f : Across(finest);
     });
+  }
+
+  float Across(const FinestView& finest) const {
+    return static_cast<float>(options_.max_proj_dist * finest.pixel_size /
+                              result_.frame.world_per_unit);
+  }
+
+  // Measured again for each point as it joins: kept, it would be much of the memory.
+  Reach ReachOf(uint32_t p) const {
+    const FinestView finest = FindFinestView(scene_, cloud_, p);
+    const Eigen::Vector3d x = cloud_.positions[p].cast<double>();
+    const float across = Across(finest);
+    const auto deepest =
+        static_cast<float>(options_.max_depth_dist * finest.depth / result_.frame.world_per_unit);
+    return {across, std::min(kDepthStretch * across, deepest),
+            (x - finest.view->CenterInWorld()).normalized().cast<float>()};
   }
 
   double MedianReach() const {
     std::vector<float> values;
-    for (const Reach& reach : reaches_) {
-      if (reach.across > 0) values.push_back(reach.across);
+    for (const float across : across_) {
+      if (across > 0) values.push_back(across);
     }
     if (values.empty()) return 0;
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -124,7 +134,7 @@ class Merger {
   std::vector<uint32_t> JoiningOrder(double median, std::vector<size_t>* level_begin) {
     constexpr int kNumKeys = (2 * kMaxLevel + 1) * (kMaxRank + 1);
     const auto key = [&](size_t p) {
-      const double octave = median > 0 ? std::floor(std::log2(reaches_[p].across / median)) : 0;
+      const double octave = median > 0 ? std::floor(std::log2(across_[p] / median)) : 0;
       const int level =
           static_cast<int>(std::clamp<double>(octave, -kMaxLevel, kMaxLevel)) + kMaxLevel;
       const int views = static_cast<int>(std::min<size_t>(kMaxRank, cloud_.ViewsOf(p).size()));
@@ -132,7 +142,7 @@ class Merger {
     };
     std::vector<size_t> begin(kNumKeys + 1, 0);
     for (size_t p = 0; p < cloud_.size(); ++p) {
-      if (reaches_[p].across >= 0) ++begin[key(p) + 1];
+      if (across_[p] >= 0) ++begin[key(p) + 1];
     }
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     level_begin->clear();
@@ -141,30 +151,41 @@ class Merger {
     }
     std::vector<uint32_t> order(begin.back());
     for (size_t p = 0; p < cloud_.size(); ++p) {
-      if (reaches_[p].across >= 0) order[begin[key(p)]++] = static_cast<uint32_t>(p);
+      if (across_[p] >= 0) order[begin[key(p)]++] = static_cast<uint32_t>(p);
     }
     result_.num_ignored_points = cloud_.size() - order.size();
     return order;
   }
 
   void AssignAll() {
-    assignment_.assign(cloud_.size(), kIgnored);
     const double median = MedianReach();
     std::vector<size_t> level_begin;
     const std::vector<uint32_t> order = JoiningOrder(median, &level_begin);
+    std::vector<float>().swap(across_);
+    assignment_.assign(cloud_.size(), kIgnored);
     for (int level = 0; level <= 2 * kMaxLevel; ++level) {
       if (level_begin[level] == level_begin[level + 1]) continue;
       context_.ThrowIfCancelled();
       const float upper = static_cast<float>(median * std::exp2(level - kMaxLevel + 1));
       PointGrid grid(kDepthStretch * upper, &seeds_);
       grid.InsertThinned(upper / 4);
-      for (size_t i = level_begin[level]; i < level_begin[level + 1]; ++i) Assign(order[i], &grid);
+      for (size_t i = level_begin[level]; i < level_begin[level + 1]; ++i) {
+        Assign(order[i], &grid);
+        if (i % kBlock == 0) ReportAssigned(i, order.size());
+      }
     }
   }
 
+  void ReportAssigned(size_t count, size_t all) const {
+    constexpr double kBegin = 0.2, kEnd = 0.8;  // of the time
+    context_.ThrowIfCancelled();
+    context_.Report(kBegin +
+                    (kEnd - kBegin) * static_cast<double>(count) / static_cast<double>(all));
+  }
+
   // Squared distance in units of the reach; above 1 they do not join.
-  float Separation(uint32_t p, const Eigen::Vector3f& x, uint32_t vertex) const {
-    const Reach& reach = reaches_[p];
+  float Separation(uint32_t p, const Reach& reach, const Eigen::Vector3f& x,
+                   uint32_t vertex) const {
     const Eigen::Vector3f offset = seeds_[vertex] - x;
     const float along = offset.dot(reach.ray);
     const float across_squared = std::max(0.0f, offset.squaredNorm() - along * along);
@@ -179,9 +200,10 @@ class Merger {
     const Eigen::Vector3f x = Canonical(p);
     float best = 1;
     uint32_t best_vertex = kIgnored;
-    const float radius = std::max(reaches_[p].across, reaches_[p].along);
+    const Reach reach = ReachOf(p);
+    const float radius = std::max(reach.across, reach.along);
     grid->ForEachNear(x, radius, [&](uint32_t vertex) {
-      const float separation = Separation(p, x, vertex);
+      const float separation = Separation(p, reach, x, vertex);
       if (separation < best || (separation == best && vertex < best_vertex)) {
         best = separation;
         best_vertex = vertex;
@@ -236,18 +258,31 @@ class Merger {
     result_.positions.resize(seeds_.size());
     result_.normals.resize(seeds_.size());
     result_.colors.resize(seeds_.size());
-    result_.sight_begin.assign(1, 0);
-    result_.sight_begin.reserve(seeds_.size() + 1);
-    std::vector<Sight> sights;
-    for (size_t v = 0; v < seeds_.size(); ++v) {
-      const std::span<const uint32_t> points(members.data() + begin[v],
-                                             members.data() + begin[v + 1]);
+    result_.sight_begin.assign(seeds_.size() + 1, 0);
+    // Calls body(v, points, sights of v) for all vertices.
+    const auto for_each_vertex = [&](const auto& body) {
+      ParallelBlocks(context_, seeds_.size(), kBlock / 4, [&](size_t first, size_t last) {
+        std::vector<Sight> sights;
+        for (size_t v = first; v < last; ++v) {
+          const std::span<const uint32_t> points(members.data() + begin[v],
+                                                 members.data() + begin[v + 1]);
+          ListSights(points, &sights);
+          body(v, points, sights);
+        }
+      });
+    };
+    // Counted first: an array that grows takes twice the memory.
+    for_each_vertex([&](size_t v, std::span<const uint32_t> points, const auto& sights) {
       Average(v, points);
-      ListSights(points, &sights);
-      result_.sights.insert(result_.sights.end(), sights.begin(), sights.end());
-      result_.sight_begin.push_back(result_.sights.size());
-    }
-    result_.sights.shrink_to_fit();
+      result_.sight_begin[v + 1] = sights.size();
+    });
+    std::partial_sum(result_.sight_begin.begin(), result_.sight_begin.end(),
+                     result_.sight_begin.begin());
+    result_.sights.resize(result_.sight_begin.back());
+    for_each_vertex([&](size_t v, std::span<const uint32_t>, const auto& sights) {
+      std::copy(sights.begin(), sights.end(),
+                result_.sights.begin() + static_cast<std::ptrdiff_t>(result_.sight_begin[v]));
+    });
   }
 
   void Average(size_t v, std::span<const uint32_t> points) {
@@ -299,7 +334,8 @@ class Merger {
   const PointMergingOptions options_;
   const RunContext& context_;
   MergedCloud result_;
-  std::vector<Reach> reaches_;
+  std::vector<float>
+      across_;  // until all are put in order: Reach::across of each point; < 0: it is ignored
   std::vector<uint32_t> assignment_;    // point -> vertex
   std::vector<Eigen::Vector3f> seeds_;  // position of first_point
 };

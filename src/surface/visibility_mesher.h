@@ -151,15 +151,21 @@ VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, VisibilityCloud c
                                            const VisibilityMesherOptions& options,
                                            const RunContext& context);
 
-// Of the tetrahedralisation of `num_points`, of photos with `num_pixels` in all: what photos that
-// overlap as usual leave of one vertex for each max_proj_dist pixels.
-size_t EstimateVisibilityMesherVertices(size_t num_points, double num_pixels,
+// How the points of a cloud lie on the surface.
+enum class PointSpacing {
+  kRegular,  // about a pixel apart, as depth maps give them
+  kRandom,   // any cloud: many more fall together
+};
+
+// Of the tetrahedralisation of `num_points`: one for each square of max_proj_dist pixels of the
+// surface, whose area in full-size pixels follows from the tracks of the sparse points, where there
+// are points enough.
+size_t EstimateVisibilityMesherVertices(const Scene& scene, size_t num_points, PointSpacing spacing,
                                         const VisibilityMesherOptions& options);
 
-// With all cores, for a cloud with `num_view_entries` (point, view) pairs. Memory includes the
-// cloud.
-CostEstimate EstimateVisibilityMesherCost(size_t num_points, size_t num_view_entries,
-                                          double num_pixels,
-                                          const VisibilityMesherOptions& options);
+// For a cloud with `num_view_entries` (point, view) pairs. Memory includes the cloud.
+CostEstimate EstimateVisibilityMesherCost(const Scene& scene, size_t num_points,
+                                          size_t num_view_entries, PointSpacing spacing,
+                                          const VisibilityMesherOptions& options, int num_threads);
 
 }  // namespace lsmvs

@@ -1,11 +1,19 @@
 #include "lsmvs/util/memory.h"
 
+#include <fmt/format.h>
 #include <malloc.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
 #include <fstream>
 #include <limits>
+#include <mutex>
 #include <string>
+#include <thread>
 
 namespace lsmvs {
 
@@ -40,7 +48,51 @@ size_t AvailableMemoryBytes() {
   return std::min(available, limit > used ? limit - used : 0);
 }
 
+size_t ResidentBytes() {
+  std::ifstream file("/proc/self/statm");
+  size_t total = 0, resident = 0;
+  if (!(file >> total >> resident)) return 0;
+  return resident * static_cast<size_t>(::sysconf(_SC_PAGESIZE));
+}
+
 size_t PeakResidentBytes() { return ReadKilobyteLine("/proc/self/status", "VmHWM:"); }
+
+struct PeakMemoryWatch::Sampler {
+  explicit Sampler(size_t bytes) : highest(bytes), thread([this] { Run(); }) {}
+  ~Sampler() {
+    {
+      const std::lock_guard lock(mutex);
+      stop = true;
+    }
+    stopped.notify_all();
+    thread.join();
+  }
+
+  void Run() {
+    constexpr std::chrono::milliseconds kInterval(10);
+    std::unique_lock lock(mutex);
+    while (!stopped.wait_for(lock, kInterval, [this] { return stop; })) Look();
+  }
+  void Look() { highest = std::max(highest.load(), ResidentBytes()); }
+
+  std::atomic<size_t> highest;
+  std::mutex mutex;
+  std::condition_variable stopped;
+  bool stop = false;
+  std::thread thread;  // last: it uses the others
+};
+
+PeakMemoryWatch::PeakMemoryWatch()
+    : mark_before_(PeakResidentBytes()),
+      bytes_before_(ResidentBytes()),
+      sampler_(std::make_unique<Sampler>(bytes_before_)) {}
+
+PeakMemoryWatch::~PeakMemoryWatch() = default;
+
+size_t PeakMemoryWatch::PeakBytes() const {
+  const size_t mark = PeakResidentBytes();
+  return mark > mark_before_ ? mark : std::max(sampler_->highest.load(), ResidentBytes());
+}
 
 void ReturnLargeBlocksWhenFreed() {
 #ifdef M_MMAP_THRESHOLD
@@ -48,6 +100,18 @@ void ReturnLargeBlocksWhenFreed() {
 #endif
 }
 
-void ResetPeakResidentBytes() { std::ofstream("/proc/self/clear_refs") << "5"; }
+void ReturnFreedMemory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
+std::string FormatBytes(size_t num_bytes) {
+  constexpr double kMegabyte = 1e6, kGigabyte = 1e9;
+  const double bytes = static_cast<double>(num_bytes);
+  if (bytes >= 10 * kGigabyte) return fmt::format("{:.0f} GB", bytes / kGigabyte);
+  if (bytes >= kGigabyte) return fmt::format("{:.1f} GB", bytes / kGigabyte);
+  return fmt::format("{:.0f} MB", std::ceil(bytes / kMegabyte));
+}
 
 }  // namespace lsmvs

@@ -27,12 +27,14 @@ PlannedStage Stage(const std::string& name, size_t begin, size_t end, size_t num
 
 RunPlan MakePlan() {
   RunPlan plan;
-  plan.stages = {Stage("stereo", 0, 20, 8, {120, size_t{1} << 30}),
-                 Stage("fusion", 20, 21, 1, {10, size_t{3} << 30}), Stage("mesh", 21, 22, 0)};
+  plan.stages = {Stage("stereo", 0, 20, 8, {120, 1'000'000'000}),
+                 Stage("fusion", 20, 21, 1, {10, 3'000'000'000}), Stage("mesh", 21, 22, 0)};
+  plan.stages[0].output_bytes = 7'000'000'000;
+  plan.peak_disk_bytes = 8'000'000'000;
   return plan;
 }
 
-PlanHeader MakeHeader() { return {"/w", 10, 12.5e6, 1234567, 2, size_t{4} << 30}; }
+PlanHeader MakeHeader() { return {"/w", 10, 12.5e6, 1234567, 2, 100'000'000, 4'000'000'000, {}}; }
 
 TEST(PlanText, SaysWhatIsToDoAndWhatItTakes) {
   const std::string text = PlanText(MakeHeader(), MakePlan());
@@ -41,6 +43,9 @@ TEST(PlanText, SaysWhatIsToDoAndWhatItTakes) {
   EXPECT_THAT(text, HasSubstr("8 of 20 steps, new"));
   EXPECT_THAT(text, HasSubstr("1:00 min"));  // 120 s of work on two threads
   EXPECT_THAT(text, HasSubstr("up to date"));
+  // Memory is that of the whole process.
+  EXPECT_THAT(text, AllOf(HasSubstr("1.1 GB"), HasSubstr("3.1 GB")));
+  EXPECT_THAT(text, AllOf(HasSubstr("7.0 GB"), HasSubstr("8.0 GB")));
 }
 
 TEST(PlanText, ForeignAndUnneededStagesAreNamedSo) {
@@ -71,12 +76,68 @@ std::string Refusal(const PlanHeader& header, int image_size) {
 TEST(CheckPlanFits, NamesTheStageAndASizeThatFits) {
   PlanHeader header = MakeHeader();
   EXPECT_EQ(Refusal(header, 2400), "");
-  header.memory_budget_bytes = size_t{3} << 28;  // a quarter of what fusion needs: half the side
+  header.memory_allowed_bytes = 3'100'000'000;
+  EXPECT_EQ(Refusal(header, 2400), "");
+  // Beyond the process itself a quarter of what fusion needs: half the side.
+  header.memory_allowed_bytes = 100'000'000 + 750'000'000;
   EXPECT_THAT(Refusal(header, 2400),
-              AllOf(HasSubstr("fusion"), HasSubstr("3.0 GB"), HasSubstr("--max_image_size 1200"),
+              AllOf(HasSubstr("fusion"), HasSubstr("3.1 GB"), HasSubstr("--max_image_size 1200"),
                     HasSubstr("--max_memory")));
-  header.memory_budget_bytes = 1;
+  header.memory_allowed_bytes = 1;
   EXPECT_THAT(Refusal(header, 2400), AllOf(HasSubstr("fewer photos"), Not(HasSubstr("size 0"))));
+}
+
+TEST(CheckPlanFitsDisk, NamesWhatIsFreeAndASizeThatFits) {
+  const PlanHeader header = MakeHeader();
+  EXPECT_NO_THROW(CheckPlanFitsDisk(header, MakePlan(), 8'000'000'000, 2400));
+  try {
+    CheckPlanFitsDisk(header, MakePlan(), 2'000'000'000, 2400);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kFileSystem);
+    EXPECT_THAT(error.what(),
+                AllOf(HasSubstr("/w"), HasSubstr("8.0 GB"), HasSubstr("2.0 GB are free"),
+                      HasSubstr("--max_image_size 1200"), HasSubstr("--ignore_disk_space")));
+  }
+}
+
+TEST(FreeDiskBytes, IsThatWhereTheFirstTaskWrites) {
+  Task task;
+  task.outputs = {std::filesystem::temp_directory_path() / "not/there/yet/x"};
+  RunPlan plan;
+  plan.tasks = {{TaskState::kRun, "new"}};
+  const auto free_bytes = FreeDiskBytes({task}, plan);
+  ASSERT_TRUE(free_bytes.has_value());
+  const auto space = std::filesystem::space(std::filesystem::temp_directory_path());
+  EXPECT_GT(*free_bytes, 0u);
+  EXPECT_LE(*free_bytes, space.capacity);
+  plan.tasks[0].state = TaskState::kUpToDate;
+  EXPECT_FALSE(FreeDiskBytes({task}, plan).has_value());
+}
+
+TEST(NeighborNotes, SayWhichPhotosHaveFewNeighboursAndWhy) {
+  Scene scene;
+  for (int v = 0; v < 10; ++v) {
+    scene.views.push_back({});
+    scene.views.back().name = std::to_string(v) + ".jpg";
+  }
+  const Neighbor shared{1, 1.0, 10.0, 50, false}, overlap{1, 1.0, 10.0, 0, true};
+  std::vector<std::vector<Neighbor>> neighbors(10, {shared, shared});
+  EXPECT_TRUE(NeighborNotes(scene, neighbors).empty());
+  neighbors[0] = {};
+  neighbors[1] = {shared};
+  neighbors[2] = {shared, overlap};
+  for (size_t v = 3; v < 10; ++v) neighbors[v] = {overlap, overlap};
+  const auto notes = NeighborNotes(scene, neighbors);
+  ASSERT_EQ(notes.size(), 3u);
+  EXPECT_THAT(notes[0],
+              AllOf(HasSubstr("1 photo without"), HasSubstr("0.jpg"), HasSubstr("angle")));
+  EXPECT_THAT(notes[1], AllOf(HasSubstr("1 photo with a single"), HasSubstr("1.jpg")));
+  EXPECT_THAT(notes[2], AllOf(HasSubstr("7 photos"), HasSubstr("sparse points"),
+                              HasSubstr("7.jpg, ..."), Not(HasSubstr("8.jpg"))));
+  PlanHeader header = MakeHeader();
+  header.notes = notes;
+  EXPECT_THAT(PlanText(header, MakePlan()), HasSubstr(notes[2]));
 }
 
 TEST(CountsText, ShowsTheFiguresThatPeopleKnow) {

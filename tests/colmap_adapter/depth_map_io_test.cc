@@ -9,6 +9,7 @@
 
 #include "lsmvs/adapter_test/analytic_workspace.h"
 #include "lsmvs/adapter_test/corruption.h"
+#include "lsmvs/scene/packed_depth_map.h"
 #include "lsmvs/test_support/temporary_folder.h"
 
 namespace lsmvs {
@@ -209,20 +210,35 @@ TEST_F(DepthMapIoTest, SourceKeepsWithinItsBudget) {
   for (int v = 0; v < 3; ++v) {
     WriteDepthMap(workspace_, scene_.views[static_cast<size_t>(v)], kType, SomeMap(8, 6));
   }
-  const size_t map_bytes = 8 * 6 * 16;
+  const size_t map_bytes = 8 * 6 * PackedDepthMap::kBytesPerPixel;
   const auto source = MakeDepthMapSource(workspace_, scene_, kType, 2 * map_bytes);
-  const auto first = source->Get(0);
-  ASSERT_NE(first, nullptr);
-  source->Get(1);
-  EXPECT_EQ(source->Get(0), first);
-  source->Get(2);  // drops 1
-  EXPECT_EQ(source->Get(0), first);
-  source->Get(1);
-  source->Get(2);  // drops 0
-  EXPECT_NE(source->Get(0), first);
+  for (const int v : {0, 1, 0, 2}) ASSERT_NE(source->Get(v), nullptr);  // the last drops 1
   EXPECT_EQ(source->Get(3), nullptr);
   WriteDepthMap(workspace_, scene_.views[3], kType, SomeMap(8, 6));
+  EXPECT_NE(source->Get(3), nullptr);  // drops 0
+  // What is kept needs no file.
+  std::filesystem::remove_all(workspace_.StereoFolder());
+  EXPECT_EQ(source->Get(0), nullptr);
+  EXPECT_EQ(source->Get(1), nullptr);
+  EXPECT_NE(source->Get(2), nullptr);
   EXPECT_NE(source->Get(3), nullptr);
+}
+
+// Whether a map comes from the file or from the cache makes no difference.
+TEST_F(DepthMapIoTest, SourceGivesTheSameMapEachTime) {
+  WriteDepthMap(workspace_, view(), kType, SomeMap(8, 6));
+  const DepthMap read = ReadDepthMap(workspace_, view(), kType);
+  const auto cached = MakeDepthMapSource(workspace_, scene_, kType, 1 << 20);
+  const auto uncached = MakeDepthMapSource(workspace_, scene_, kType, 0);
+  const auto first = cached->Get(0);
+  for (const auto& again : {cached->Get(0), uncached->Get(0), uncached->Get(0)}) {
+    EXPECT_EQ(again->depth.pixels, first->depth.pixels);
+    EXPECT_EQ(again->normal.pixels, first->normal.pixels);
+  }
+  EXPECT_EQ(first->depth.pixels, read.depth.pixels);
+  for (size_t i = 0; i < read.normal.size(); ++i) {
+    EXPECT_LT((first->normal.pixels[i] - read.normal.pixels[i]).norm(), 1e-4f) << i;
+  }
 }
 
 TEST_F(DepthMapIoTest, SourceIsThreadSafe) {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -66,11 +67,13 @@ ProgramResult RunProgram(const std::string& name, const std::vector<std::string>
     ::kill(child, options.signal);
   }
   int status = 0;
-  ::waitpid(child, &status, 0);
+  rusage usage = {};
+  ::wait4(child, &status, 0, &usage);
   ProgramResult result;
   if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
   if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  result.peak_bytes = static_cast<size_t>(usage.ru_maxrss) * 1024;
   result.out = ReadAll(output.path() / "out");
   result.err = ReadAll(output.path() / "err");
   return result;

@@ -13,6 +13,9 @@ struct ProgramResult {
   int signal = 0;
   std::string out, err;  // what it printed
   double seconds = 0;
+  // Highest resident size, as the kernel counts it for the parent (getrusage); at least that of the
+  // calling process when it started the program.
+  size_t peak_bytes = 0;
 
   // The lines of `err` that begin with "error: ".
   std::vector<std::string> Errors() const;

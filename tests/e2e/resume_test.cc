@@ -41,7 +41,9 @@ TEST(Resume, ChangedOptionRunsItsStageAndTheLaterOnes) {
 
 TEST(Resume, TheStagesAsCommandsGiveTheBytesOfTheWholeRun) {
   const SmallWorkspace whole, staged;
-  ExpectSuccess(RunProgram("lsmvs-mesher", {whole.text(), "--quality", "extreme"}));
+  // The command for stereo alone keeps all maps.
+  ExpectSuccess(RunProgram("lsmvs-mesher",
+                           {whole.text(), "--quality", "extreme", "--keep_photometric_maps", "1"}));
   const std::string w = staged.text();
   ExpectSuccess(RunProgram(
       "lsmvs", {"patch_match_stereo", "--workspace_path", w, "--workspace_format", "COLMAP"}));

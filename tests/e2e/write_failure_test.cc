@@ -57,6 +57,20 @@ void ExpectNothingHalfWritten(const fs::path& workspace) {
   }
 }
 
+// What cannot fit is refused before anything is done.
+TEST(WriteFailure, TooSmallADiskIsRefusedBeforeTheStart) {
+  const SmallWorkspace original;
+  const SmallDisk disk(std::to_string(SizeOf(original.path()) / 1024 + 300) + "k");
+  if (!disk.mounted()) GTEST_SKIP() << "cannot mount a file system: " << disk.reason();
+  fs::copy(original.path(), disk.workspace(), fs::copy_options::recursive);
+  const auto before = ReadResults(disk.workspace());
+  ExpectError(RunProgram("lsmvs-mesher", {disk.workspace().string()}), 4,
+              {disk.workspace().string(), "MB of disk", "are free", "make room"});
+  auto after = ReadResults(disk.workspace());
+  after.erase("lsmvs/run.lock");
+  EXPECT_EQ(after, before);
+}
+
 TEST(WriteFailure, FullDisk) {
   const SmallWorkspace original;
   // Room for the input and more and more of the results.
@@ -64,8 +78,8 @@ TEST(WriteFailure, FullDisk) {
     const SmallDisk disk(std::to_string(SizeOf(original.path()) / 1024 + extra) + "k");
     if (!disk.mounted()) GTEST_SKIP() << "cannot mount a file system: " << disk.reason();
     fs::copy(original.path(), disk.workspace(), fs::copy_options::recursive);
-    ExpectError(RunProgram("lsmvs-mesher", {disk.workspace().string()}), 4,
-                {disk.workspace().string(), "No space left"});
+    ExpectError(RunProgram("lsmvs-mesher", {disk.workspace().string(), "--ignore_disk_space", "1"}),
+                4, {disk.workspace().string(), "No space left"});
     ExpectNothingHalfWritten(disk.workspace());
   }
 }

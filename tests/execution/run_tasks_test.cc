@@ -219,6 +219,140 @@ TEST_F(Chain, ASecondRunInTheSameFolderIsKeptOut) {
   EXPECT_THROW(RunStore(root(), "test 1"), Error);
 }
 
+// photo -> first of each of three views (temporary) -> second of each, which reads its own and the
+// next view's first -> end.
+class TwoPasses : public testing::Test {
+ protected:
+  static constexpr int kNumViews = 3;
+  static constexpr uint64_t kBytes = 1000;
+
+  TwoPasses() { WriteText(root() / "photo", "light"); }
+  const std::filesystem::path& root() const { return folder_.path(); }
+  std::filesystem::path First(int v) const { return root() / ("first" + std::to_string(v)); }
+  std::filesystem::path Second(int v) const { return root() / ("second" + std::to_string(v)); }
+
+  std::vector<Task> Tasks(bool temporary = true) {
+    std::vector<Task> tasks;
+    for (int v = 0; v < kNumViews; ++v) {
+      tasks.push_back(TextTask("first" + std::to_string(v), {root() / "photo"}, {First(v)}));
+      tasks.back().temporary = temporary;
+    }
+    for (int v = 0; v < kNumViews; ++v) {
+      tasks.push_back(TextTask("second" + std::to_string(v),
+                               {First(v), First(std::min(v + 1, kNumViews - 1))}, {Second(v)}));
+    }
+    tasks.push_back(TextTask("end", {Second(0), Second(1), Second(2)}, {root() / "end"}));
+    for (Task& task : tasks) {
+      task.wanted = task.name == "end";
+      task.output_bytes = kBytes;
+      task.foreign_outputs = ForeignOutputs::kUse;
+    }
+    return tasks;
+  }
+
+  // Number of tasks that ran.
+  size_t Run(const std::vector<Task>& tasks) {
+    RunStore store(root(), "test 1");
+    const RunPlan plan = PlanRun(tasks, {}, &store);
+    size_t num_ran = 0;
+    for (const StageSummary& summary : RunTasks(tasks, plan, &store, &observer_, RunContext(1))) {
+      num_ran += summary.num_ran;
+    }
+    return num_ran;
+  }
+  int NumFirst() const {
+    int count = 0;
+    for (int v = 0; v < kNumViews; ++v) count += std::filesystem::exists(First(v));
+    return count;
+  }
+
+  TemporaryFolder folder_;
+  SilentObserver observer_;
+};
+
+TEST_F(TwoPasses, TemporaryOutputsGoWhenTheirLastReaderIsDone) {
+  std::vector<Task> tasks = Tasks();
+  std::vector<int> there;
+  for (int v = 0; v < kNumViews; ++v) {
+    Task& second = tasks[static_cast<size_t>(kNumViews + v)];
+    second.run = [&, run = second.run](const TaskRun& context) {
+      there.push_back(NumFirst());
+      return run(context);
+    };
+  }
+  EXPECT_EQ(Run(tasks), tasks.size());
+  EXPECT_THAT(there, ElementsAre(3, 2, 1));
+  EXPECT_EQ(NumFirst(), 0);
+  // Nobody misses them.
+  EXPECT_EQ(Run(Tasks()), 0u);
+  std::filesystem::remove(root() / "end");
+  EXPECT_EQ(Run(Tasks()), 1u);
+  // Where one is needed again it is made again, and only then.
+  std::filesystem::remove(Second(2));
+  std::filesystem::remove(root() / "end");
+  EXPECT_EQ(Run(Tasks()), 3u);
+  EXPECT_EQ(NumFirst(), 0);
+}
+
+TEST_F(TwoPasses, WhatIsToBeKeptStays) {
+  EXPECT_GT(Run(Tasks(false)), 0u);
+  EXPECT_EQ(NumFirst(), kNumViews);
+  // Also in later runs that would not keep it.
+  EXPECT_EQ(Run(Tasks(true)), 0u);
+  EXPECT_EQ(NumFirst(), kNumViews);
+}
+
+TEST_F(TwoPasses, FilesOfOthersAreNeverRemoved) {
+  WriteText(First(1), "theirs");
+  Run(Tasks());
+  EXPECT_EQ(ReadText(First(1)), "theirs");
+  EXPECT_EQ(NumFirst(), 1);
+}
+
+// A run that is stopped in between: the next one ends the removal.
+TEST_F(TwoPasses, LeftoversOfAStoppedRunAreRemoved) {
+  std::vector<Task> tasks = Tasks();
+  tasks.back().run = [](const TaskRun&) -> TaskCounts { throw InputError("x", "y", "z"); };
+  EXPECT_THROW(Run(tasks), InputError);
+  EXPECT_EQ(NumFirst(), 0);
+  // As if it had been killed before the removal.
+  const TemporaryFolder other;
+  std::vector<Task> kept = Tasks();
+  EXPECT_EQ(Run(kept), 1u);
+  for (int v = 0; v < kNumViews; ++v) std::filesystem::remove(Second(v));
+  std::filesystem::remove(root() / "end");
+  kept = Tasks();
+  kept[5].run = [](const TaskRun&) -> TaskCounts { throw InputError("x", "y", "z"); };
+  EXPECT_THROW(Run(kept), InputError);
+  EXPECT_EQ(NumFirst(), 1);  // that the last one still has to read
+  EXPECT_GT(Run(Tasks()), 0u);
+  EXPECT_EQ(NumFirst(), 0);
+}
+
+TEST_F(TwoPasses, DiskIsCountedAtItsMost) {
+  RunStore store(root(), "test 1");
+  // Three of the first pass and one of the second; each further one replaces one of the first, the
+  // end two.
+  EXPECT_EQ(PlanRun(Tasks(), {}, &store).peak_disk_bytes, 4 * kBytes);
+  EXPECT_EQ(PlanRun(Tasks(false), {}, &store).peak_disk_bytes, 7 * kBytes);
+  const RunPlan plan = PlanRun(Tasks(), {}, &store);
+  EXPECT_EQ(plan.stages.back().output_bytes, kBytes);
+}
+
+TEST_F(Chain, ReplacedFilesMakeRoomOnlyWhenTheNewOnesAreComplete) {
+  Run();
+  std::vector<Task> tasks = Tasks();
+  for (Task& task : tasks) {
+    task.version = "2";
+    task.output_bytes = 1000;
+  }
+  RunStore store(root(), "test 1");
+  const RunPlan plan = PlanRun(tasks, {}, &store);
+  EXPECT_LE(plan.peak_disk_bytes, 3000u);
+  EXPECT_GT(plan.peak_disk_bytes, 3000u - 200u);  // the old files are small
+  EXPECT_TRUE(plan.leftovers.empty());
+}
+
 // Eight tasks of one stage; the parts of the stage's progress.
 TEST(Stage, ResumesInTheMiddleAndReportsProgress) {
   const TemporaryFolder folder;

@@ -41,6 +41,39 @@ TEST(EstimateDepthRanges, HoldTheTrueDepths) {
   }
 }
 
+// A view that no track has takes the depths of what lies in its image, not of all that lies before
+// it.
+TEST(EstimateDepthRanges, ViewWithoutPointsTakesThoseInItsImage) {
+  SyntheticScene s = MakeScene(ShapeName::kSphere, 6, 64, 48);
+  const auto own = EstimateDepthRanges(s.scene);
+  for (SparsePoint& point : s.scene.points) std::erase(point.view_idxs, 2);
+  // Ground far beside what view 2 looks at, and farther away.
+  const View& view = s.scene.views[2];
+  const Rigid3 world_from_cam = view.cam_from_world.Inverse();
+  const size_t num_points = s.scene.points.size();
+  for (size_t i = 0; i < num_points; ++i) {
+    SparsePoint point;
+    point.x_in_world = world_from_cam * Eigen::Vector3d(300 * own[2].max, 0, 100 * own[2].max);
+    s.scene.points.push_back(point);
+  }
+  const auto in_image = PointsInImage(s.scene, 2);
+  EXPECT_GT(in_image.size(), kMinPointsOfView);
+  for (const uint32_t p : in_image) EXPECT_LT(p, num_points);
+  const auto ranges = EstimateDepthRanges(s.scene);
+  EXPECT_LT(ranges[2].max, 2 * own[2].max);
+  EXPECT_LE(ranges[2].min, own[2].min * 1.01);
+}
+
+TEST(MeanTrackLength, CountsPointsThatTwoOrMoreViewsSee) {
+  Scene scene;
+  EXPECT_EQ(MeanTrackLength(scene), 4);
+  for (const std::vector<int>& views : {std::vector<int>{0}, {0, 1}, {0, 1, 2, 3, 4}}) {
+    scene.points.push_back({});
+    scene.points.back().view_idxs = views;
+  }
+  EXPECT_EQ(MeanTrackLength(scene), 3.5);
+}
+
 TEST(EstimateDepthRanges, OutliersDoNotWidenThem) {
   SyntheticScene s = MakeScene(ShapeName::kSphere, 6, 64, 48);
   const auto clean = EstimateDepthRanges(s.scene);

@@ -120,11 +120,10 @@ TEST(SelectNeighbors, MemoryIsThatOfOneViewAThread) {
     point.view_idxs.resize(kNumViews);
     std::iota(point.view_idxs.begin(), point.view_idxs.end(), 0);
   }
-  ResetPeakResidentBytes();
-  const size_t before = PeakResidentBytes();
+  const PeakMemoryWatch memory;
   const auto neighbors = SelectNeighbors(scene, {}, RunContext(2));
   EXPECT_EQ(neighbors[0].size(), 8u);
-  EXPECT_LT(PeakResidentBytes() - before, size_t{8} << 20);
+  EXPECT_LT(memory.PeakBytes() - memory.bytes_before(), size_t{8} << 20);
 }
 
 TEST(SelectNeighbors, ScoresAreSortedAndLimited) {
@@ -167,11 +166,79 @@ TEST(SelectNeighbors, TooFewSharedPointsAreNotTrusted) {
   Scene scene = RingScene(4, 40.0);
   scene.points.resize(4);
   for (SparsePoint& point : scene.points) point.view_idxs = {0, 1, 2, 3};
-  for (const auto& neighbors : SelectNeighbors(scene, {}, RunContext(2)))
-    EXPECT_TRUE(neighbors.empty());
+  // They may still be neighbours by what they look at.
+  for (const auto& neighbors : SelectNeighbors(scene, {}, RunContext(2))) {
+    for (const Neighbor& n : neighbors) EXPECT_TRUE(n.by_overlap);
+  }
   ViewSelectionOptions lenient;
   lenient.min_num_shared_points = 4;
-  EXPECT_FALSE(SelectNeighbors(scene, lenient, RunContext(2))[0].empty());
+  const auto neighbors = SelectNeighbors(scene, lenient, RunContext(2));
+  ASSERT_FALSE(neighbors[0].empty());
+  EXPECT_FALSE(neighbors[0].front().by_overlap);
+}
+
+// Soft texture: each point is matched in two adjacent photos only, and in all too few.
+TEST(SelectNeighbors, PhotosOfTheSamePlaceThatShareTooFewPointsAreNeighborsByOverlap) {
+  constexpr int kNumViews = 16;
+  Scene scene = RingScene(kNumViews, 360.0);
+  const auto expected = SelectNeighbors(scene, {}, RunContext(2));
+  // View 5 takes part in no track, and view 9 in that of one point.
+  for (SparsePoint& point : scene.points) std::erase(point.view_idxs, 5);
+  for (size_t p = 0; p + 1 < scene.points.size(); ++p) std::erase(scene.points[p].view_idxs, 9);
+  const auto neighbors = SelectNeighbors(scene, {}, RunContext(2));
+  for (const int v : {5, 9}) {
+    EXPECT_EQ(neighbors[v].size(), 4u);
+    // Photos that really show the same: those that would be chosen by shared points.
+    const std::vector<int> good = ViewsOf(expected[v]);
+    for (const Neighbor& n : neighbors[v]) {
+      EXPECT_TRUE(n.by_overlap);
+      EXPECT_EQ(n.num_shared_points, 0);
+      EXPECT_NE(std::find(good.begin(), good.end(), n.view_idx), good.end()) << n.view_idx;
+      EXPECT_GE(n.median_angle_deg, ViewSelectionOptions().min_triangulation_angle_deg);
+      EXPECT_LE(n.median_angle_deg, ViewSelectionOptions().max_triangulation_angle_deg);
+    }
+    EXPECT_TRUE(std::is_sorted(neighbors[v].begin(), neighbors[v].end(),
+                               [](const auto& a, const auto& b) { return a.score > b.score; }));
+  }
+  // The others have enough by shared points.
+  for (const Neighbor& n : neighbors[0]) EXPECT_FALSE(n.by_overlap);
+}
+
+TEST(SelectNeighbors, NeighborsBySharedPointsComeFirst) {
+  Scene scene = RingScene(12, 120.0);
+  // View 4 shares points with view 3 alone.
+  for (SparsePoint& point : scene.points) {
+    const bool keep = std::binary_search(point.view_idxs.begin(), point.view_idxs.end(), 3);
+    if (!keep) {
+      std::erase(point.view_idxs, 4);
+    } else if (std::binary_search(point.view_idxs.begin(), point.view_idxs.end(), 4)) {
+      point.view_idxs = {3, 4};
+    }
+  }
+  const auto neighbors = SelectNeighbors(scene, {}, RunContext(2))[4];
+  ASSERT_EQ(neighbors.size(), 4u);
+  EXPECT_EQ(neighbors[0].view_idx, 3);
+  EXPECT_FALSE(neighbors[0].by_overlap);
+  for (size_t i = 1; i < 4; ++i) {
+    EXPECT_TRUE(neighbors[i].by_overlap);
+    EXPECT_NE(neighbors[i].view_idx, 3);
+    EXPECT_LT(neighbors[i].score, neighbors[0].score);
+  }
+}
+
+// Views that turn their backs on each other are no neighbours, whatever points lie between.
+TEST(SelectNeighbors, OverlapNeedsTheSameSideOfTheSurface) {
+  Scene scene = RingScene(8, 360.0);
+  scene.views = {scene.views[0], scene.views[4]};
+  for (SparsePoint& point : scene.points) {
+    const bool seen_by_first =
+        std::binary_search(point.view_idxs.begin(), point.view_idxs.end(), 0);
+    point.view_idxs = {seen_by_first ? 0 : 1};
+  }
+  scene.points.front().view_idxs = {0, 1};
+  for (const auto& neighbors : SelectNeighbors(scene, {}, RunContext(2))) {
+    EXPECT_TRUE(neighbors.empty());
+  }
 }
 
 TEST(SelectNeighbors, WithoutTracksTheNearestViewsThatLookTheSameWay) {

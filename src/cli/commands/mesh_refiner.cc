@@ -44,7 +44,7 @@ class MeshRefinerCommand : public Command {
     const auto reconstruction = OpenReconstruction(workspace, stage_, options_, context);
     Task task = MakeRefinementTask(reconstruction, input_path_, output_path_);
     RenameForOutput(workspace.RefinedMeshPath(), &task);
-    RunPlanned(workspace, *reconstruction, {task}, stage_.overwrite, context);
+    RunPlanned(workspace, *reconstruction, {task}, stage_, context);
   }
 
  private:

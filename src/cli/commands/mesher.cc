@@ -39,7 +39,8 @@ class MesherCommand : public Command {
         "image_undistorter` into dense/0, dense/1, ...; or a folder that "
         "automatic_reconstructor made; or a dense workspace "
         "itself. Each dense workspace is taken through these stages:\n"
-        "- patch_match_stereo: depth and normal maps in stereo/ (COLMAP's format)\n"
+        "- patch_match_stereo: depth and normal maps in stereo/ (COLMAP's format); those of the "
+        "photometric pass only until the geometric ones are done\n"
         "- stereo_fusion: fused.ply and fused.ply.vis (COLMAP's format)\n"
         "- quasi_dense_matcher, in the place of these two with --quality low or "
         "--point_source quasi_dense: fused.ply and fused.ply.vis from interest points\n"
@@ -106,6 +107,7 @@ class MesherCommand : public Command {
                      StageNames("first"));
     options->AddEnum("to", &to_, "Last stage.", StageNames("last"));
     stage_.DescribeOverwrite(options);
+    stage_.DescribePhotometricMaps(false, options);
     options->Add("report", &report_,
                  "End with a page that shows the meshes beside COLMAP's, those that are there: "
                  "lsmvs/report/index.html (see lsmvs mesh_comparer).");
@@ -120,6 +122,7 @@ class MesherCommand : public Command {
   void Run(const CommandContext& context) override {
     CheckStages(options_.point_source, From(), To());
     if (max_image_size_.has_value()) options_.max_image_size = std::max(0, *max_image_size_);
+    options_.keep_photometric_maps = stage_.keep_photometric_maps;
     options_.bounding_box = ParseBox("bounding_box", stage_.bounding_box);
     std::optional<Error> first_error;
     const auto entries = FindDenseWorkspaces(stage_.workspace_path, image_path_);
@@ -151,7 +154,7 @@ class MesherCommand : public Command {
     const auto reconstruction = OpenReconstruction(
         workspace, stage, options_, context, UsesPhotos() ? PhotoUse::kPixels : PhotoUse::kNothing);
     RunPlanned(workspace, *reconstruction, MakeReconstructionTasks(reconstruction, From(), To()),
-               stage_.overwrite, context);
+               stage_, context);
     if (report_) WriteReport(workspace, context);
   }
 

@@ -43,6 +43,7 @@ class PatchMatchStereoCommand : public Command {
     stage_.DescribeSourcesPath(options);
     stage_.DescribeSkipMissingImages(options);
     stage_.DescribeOverwrite(options);
+    stage_.DescribePhotometricMaps(true, options);
     stage_.DescribeMaxImageSize("PatchMatchStereo.max_image_size", options);
     options_.patch_match.Describe(options);
     options_.view_selection.Describe(options);
@@ -51,8 +52,8 @@ class PatchMatchStereoCommand : public Command {
   void Run(const CommandContext& context) override {
     stage_.Apply(&options_);
     const auto reconstruction = OpenReconstruction(stage_.Workspace(), stage_, options_, context);
-    RunPlanned(stage_.Workspace(), *reconstruction, MakeStereoTasks(reconstruction),
-               stage_.overwrite, context);
+    RunPlanned(stage_.Workspace(), *reconstruction, MakeStereoTasks(reconstruction), stage_,
+               context);
   }
 
  private:

@@ -45,7 +45,7 @@ class QuasiDenseMatcherCommand : public Command {
     Task task = MakeQuasiDenseTask(reconstruction, output_path_);
     task.foreign_outputs = ForeignOutputs::kRefuse;
     RenameForOutput(workspace.FusedPath(), &task);
-    RunPlanned(workspace, *reconstruction, {task}, stage_.overwrite, context);
+    RunPlanned(workspace, *reconstruction, {task}, stage_, context);
   }
 
  private:

@@ -58,7 +58,7 @@ class StereoFusionCommand : public Command {
     Task task = MakeFusionTask(reconstruction, input_type_, MapsToFuse::kPresent, output_path_);
     task.foreign_outputs = ForeignOutputs::kRefuse;
     RenameForOutput(workspace.FusedPath(), &task);
-    RunPlanned(workspace, *reconstruction, {task}, stage_.overwrite, context);
+    RunPlanned(workspace, *reconstruction, {task}, stage_, context);
   }
 
  private:

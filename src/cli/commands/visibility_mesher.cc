@@ -53,7 +53,7 @@ class VisibilityMesherCommand : public Command {
     Task task = sparse ? MakeSparseSurfaceTask(reconstruction, output_path_)
                        : MakeSurfaceTask(reconstruction, workspace.FusedPath(), output_path_);
     RenameForOutput(workspace.VisibilityMeshPath(), &task);
-    RunPlanned(workspace, *reconstruction, {task}, stage_.overwrite, context);
+    RunPlanned(workspace, *reconstruction, {task}, stage_, context);
   }
 
  private:
