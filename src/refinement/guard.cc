@@ -11,9 +11,11 @@ namespace lsmvs {
 
 namespace {
 
-// A rise of the mean error below this part is noise: it is a mean over some hundred independent
-// windows of pairs that took no part.
-constexpr double kRelativeTolerance = 0.03;
+// A rise of the mean error below this part is noise: it is a mean over some thousand windows.
+constexpr double kRelativeTolerance = 0.005;
+// Smoothness makes up for a rise by this part at most: where photos say nothing, all the error is
+// noise, and a plate that is free of them loses the shape of the surface.
+constexpr double kMaxGainPart = 0.05;
 constexpr double kMinMassKept = 0.4;
 constexpr int kFadeRings = 3;
 constexpr double kMaxRoundingPart = 0.01;
@@ -60,7 +62,8 @@ bool IsWorse(const RegionError& before, const RegionError& after) {
   if (after.mass < kMinMassKept * before.mass) return true;
   // Compared over as many pixels as before.
   const double error = after.error * before.mass / after.mass;
-  return error > (1 + kRelativeTolerance) * before.error + std::max(0.0, after.gain);
+  const double gain = std::clamp(after.gain, 0.0, kMaxGainPart * before.error);
+  return error > (1 + kRelativeTolerance) * before.error + gain;
 }
 
 // Share of the refinement that each vertex keeps: 0 in the regions to restore, rising to 1 over a

@@ -28,9 +28,9 @@ struct SmoothnessGain {
 
 // Compares the photo error of every region of a refined mesh with that of the same faces at their
 // `input` positions, over the pairs given (best such as took no part in the refinement). Regions
-// whose mean error rose by more than noise and what they gained in smoothness explain, or that lost
-// many of their judged pixels, return to their input. Around them the displacement fades out over a
-// few rings of vertices, so that no step is left.
+// whose mean error rose by more than noise and, up to a twentieth, what they gained in smoothness
+// explain, or that lost many of their judged pixels, return to their input. Around them the
+// displacement fades out over a few rings of vertices, so that no step is left.
 GuardSummary RestoreWorseRegions(const ImageStore& images, const std::vector<LevelView>& views,
                                  const FaceRegions& regions, const FacePairs& pairs,
                                  const std::vector<Eigen::Vector3d>& input,

@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "lsmvs/mesh/simplify.h"
-#include "lsmvs/refinement/fairing.h"
 #include "lsmvs/refinement/finishing.h"
 #include "lsmvs/refinement/guard.h"
 #include "lsmvs/refinement/level_optimizer.h"
@@ -119,9 +118,6 @@ class MeshRefiner {
     result_.mesh.vertices = std::move(mesh.vertices);
     result_.mesh.faces = std::move(mesh.faces);
     mesh = {};  // what else it has is not needed
-    if (options_.smooth_crumbs) {
-      result_.num_smoothed_vertices = SmoothCrumbs({}, &result_.mesh, context_);
-    }
     input_ = result_.mesh.vertices;
     candidates_ = NeighborPairs(scene_, options_, options_.max_num_neighbors,
                                 HeldOut(scene_.num_views(), options_.hold_out_every), context_);

@@ -69,8 +69,6 @@ struct MeshRefinerOptions {
   double max_face_area_px = 16.0;
   // Flip and collapse edges so that the triangles stay regular.
   bool improve_mesh = true;
-  // Crumbs of the input, such as pits and spikes of a few faces, are smoothed away first.
-  bool smooth_crumbs = true;
   // Regions that lost more photo-consistency than they gained in smoothness return to their input.
   bool guard = true;
   // At the ends of the surface, faces go through which textured photos disagree, where that is
@@ -125,7 +123,6 @@ struct RefinementResult {
   size_t num_faces_seen = 0;     // by at least one pair, of the input
   size_t num_faces_refined = 0;  // before simplification
   size_t num_splits = 0, num_flips = 0, num_collapses = 0;
-  size_t num_smoothed_vertices = 0;                  // of crumbs of the input
   size_t num_regions = 0, num_regions_restored = 0;  // by the guard
   size_t num_dropped_faces = 0;                      // at the ends of the surface
   size_t num_closed_holes = 0;

@@ -57,8 +57,6 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
   options->Add("MeshRefinement.guard", &guard,
                "Regions that lost more photo-consistency than they gained in smoothness return to "
                "their input.");
-  options->Add("MeshRefinement.smooth_crumbs", &smooth_crumbs,
-               "Smooth pits and spikes of a few faces away before refinement.");
   options->Add("MeshRefinement.max_gap_share", &max_gap_share,
                "Width, as a share of the photos' longer side, up to which faces at the surface's "
                "ends stay although photos disagree through them; 0: none go.",

@@ -28,6 +28,8 @@ constexpr double kMaxSightAngleDeg = 60.0;
 // Places that overlap is judged by, at most; part of them that two views must have in common.
 constexpr size_t kMaxOverlapPlaces = 1000;
 constexpr double kMinOverlap = 0.1;
+// Photos that no feature ties together match at smaller angles only.
+constexpr double kMaxOverlapAngleDeg = 50.0;
 
 // What the sparse points that two views share say about the second as neighbour of the first.
 struct PairStatistics {
@@ -146,7 +148,8 @@ class OverlapSelector {
       const bool known = std::any_of(neighbors->begin(), neighbors->end(), [&](const auto& other) {
         return other.view_idx == n.view_idx;
       });
-      return known || n.num_shared_points < kMinOverlap * static_cast<double>(places.size());
+      return known || n.median_angle_deg > kMaxOverlapAngleDeg ||
+             n.num_shared_points < kMinOverlap * static_cast<double>(places.size());
     });
     const int missing = std::min(kEnoughNeighbors, options_.max_num_neighbors) -
                         static_cast<int>(neighbors->size());

@@ -44,14 +44,13 @@ struct Neighbor {
 // Where texture is soft, photos of the same place may share hardly any points. Views that have
 // fewer than four neighbours that way get others up to four, after those, by overlap: in the place
 // of shared points come the sparse points that lie in both images, within the depth ranges of both
-// views, and that some view sees from within 60 degrees of this one; or, where there are hardly
-// any, a grid of pixels at the middle of the view's depth range. Without any shared points (a model
-// without tracks) the nearest views from other places (CenterGroups) whose axes agree within 45
-// degrees are taken, those with like axes first. Views without a photo are nobody's neighbours.
-// Deterministic;
-// ties are broken by view_idx. Time: O(sum over points of views^2). Memory beyond the scene: 4
-// bytes an observation, and for each thread 4 bytes for every pair of an observation of its view
-// and another of the same point.
+// views, and that some view sees from within 60 degrees of this one, at 50 degrees at most; or,
+// where there are hardly any, a grid of pixels at the middle of the view's depth range. Without any
+// shared points (a model without tracks) the nearest views from other places (CenterGroups) whose
+// axes agree within 45 degrees are taken, those with like axes first. Views without a photo are
+// nobody's neighbours. Deterministic; ties are broken by view_idx. Time: O(sum over points of
+// views^2). Memory beyond the scene: 4 bytes an observation, and for each thread 4 bytes for every
+// pair of an observation of its view and another of the same point.
 std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,
                                                    const ViewSelectionOptions& options,
                                                    const RunContext& context);
