@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 #include <unordered_map>
 
 #include "lsmvs/util/check.h"
+#include "lsmvs/util/disjoint_sets.h"
 
 namespace lsmvs {
 
@@ -104,15 +104,6 @@ class Extractor {
     }
   }
 
-  uint32_t FindFan(uint32_t corner) {
-    while (fan_[corner] != corner) corner = fan_[corner] = fan_[fan_[corner]];
-    return corner;
-  }
-  void JoinFans(uint32_t a, uint32_t b) {
-    a = FindFan(a);
-    b = FindFan(b);
-    fan_[std::max(a, b)] = std::min(a, b);
-  }
   uint32_t CornerOf(size_t f, int32_t vertex) const {
     const auto& v = facets_[f].vertex;
     return static_cast<uint32_t>(3 * f + (v[0] == vertex ? 0 : v[1] == vertex ? 1 : 2));
@@ -120,14 +111,14 @@ class Extractor {
 
   // One mesh vertex for each fan of corners that are joined across edges.
   void NumberCorners() {
-    fan_.resize(3 * facets_.size());
-    std::iota(fan_.begin(), fan_.end(), 0u);
+    const auto num_corners = static_cast<uint32_t>(3 * facets_.size());
+    DisjointSets fan_sets(num_corners);
     for (size_t f = 0; f < facets_.size(); ++f) {
       for (int k = 0; k < 3; ++k) {
         const int32_t partner = facets_[f].partner[k];
         if (partner < 0) continue;
         for (const int32_t v : {facets_[f].vertex[k], facets_[f].vertex[(k + 1) % 3]}) {
-          JoinFans(CornerOf(f, v), CornerOf(static_cast<size_t>(partner), v));
+          fan_sets.Unite(CornerOf(f, v), CornerOf(static_cast<size_t>(partner), v));
         }
       }
     }
@@ -136,13 +127,13 @@ class Extractor {
       uint32_t corner;
     };
     std::vector<Fan> fans;
-    for (uint32_t corner = 0; corner < fan_.size(); ++corner) {
-      if (FindFan(corner) == corner) fans.push_back({rank_[VertexAt(corner)], corner});
+    for (uint32_t corner = 0; corner < num_corners; ++corner) {
+      if (fan_sets.Find(corner) == corner) fans.push_back({rank_[VertexAt(corner)], corner});
     }
     std::sort(fans.begin(), fans.end(), [](const Fan& a, const Fan& b) {
       return std::tie(a.rank, a.corner) < std::tie(b.rank, b.corner);
     });
-    corner_vertex_.resize(fan_.size());
+    corner_vertex_.resize(num_corners);
     for (size_t i = 0; i < fans.size(); ++i) {
       const int32_t point = VertexAt(fans[i].corner);
       result_.num_split_vertices += (i > 0 && result_.vertex_point.back() == point);
@@ -150,8 +141,8 @@ class Extractor {
       result_.mesh.vertices.push_back(complex_.points[point].cast<double>());
       corner_vertex_[fans[i].corner] = static_cast<int32_t>(i);
     }
-    for (uint32_t corner = 0; corner < fan_.size(); ++corner) {
-      corner_vertex_[corner] = corner_vertex_[FindFan(corner)];
+    for (uint32_t corner = 0; corner < num_corners; ++corner) {
+      corner_vertex_[corner] = corner_vertex_[fan_sets.Find(corner)];
     }
   }
   int32_t VertexAt(size_t corner) const { return facets_[corner / 3].vertex[corner % 3]; }
@@ -294,7 +285,6 @@ class Extractor {
   CellComplex& complex_;
   const std::vector<uint32_t>& rank_;
   std::vector<Facet> facets_;
-  std::vector<uint32_t> fan_;
   std::vector<int32_t> corner_vertex_;
   ExtractedSurface result_;
 };
