@@ -75,7 +75,7 @@ struct MeshRefinerOptions {
   // worth the border: a pixel of border costs as much as a strip of such faces that is half as wide
   // as this share of the photos' longer side. Raising it gives smoother borders and keeps more
   // inside of them. 0: none go.
-  double max_gap_share = 0.008;
+  double max_gap_share = 0.04;
   // Holes of at most so many edges are closed at the end. 0: none.
   int max_hole_edges = 40;
   // Every n-th view takes no part in the refinement, only in the guard. 0: all take part.
