@@ -36,9 +36,10 @@ size_t DropContradictedEnds(const FacePairs& pairs, const PhotoTerms& terms, dou
   TrimmingProblem problem;
   problem.border_cost = border_cost;
   problem.pixel_size = MeanPixelSizes(*mesh, pairs);
-  problem.keep_gain.resize(mesh->faces.size());
+  problem.keep_gain.assign(mesh->faces.size(), 0.0);
   for (size_t f = 0; f < mesh->faces.size(); ++f) {
     const double pixel = problem.pixel_size[static_cast<size_t>(mesh->faces[f][0])];
+    if (!(pixel > 0)) return 0;  // no pair sees any face: nothing is contradicted
     const double area = 0.5 * FaceNormalTimesTwiceArea(*mesh, f).norm() / (pixel * pixel);
     problem.keep_gain[f] = area * GainOf(terms.error[f], terms.mass[f], terms.pixels[f]);
   }

@@ -27,11 +27,11 @@ struct FinishingSummary {
 
 // The last word about what is surface: drops what the photos contradict at its ends, closes small
 // holes. A face is contradicted where there is texture, and it does not match through the face
-// (`terms`, of this mesh); it is dropped where that is worth the border which it makes
-// (TrimSurface), and only if its piece reaches the border of the mesh: inside, the surface stays
-// whole. Pieces of less than `min_component_faces` that this cuts off go, too. A manifold mesh
-// stays manifold; one that is not is left as it is. Vertices without faces are removed.
-// Deterministic. O(F log F).
+// (`terms`, of this mesh; not looked at if border_cost is 0); it is dropped where that is worth the
+// border which it makes (TrimSurface), and only if its piece reaches the border of the mesh:
+// inside, the surface stays whole. Pieces of less than `min_component_faces` that this cuts off go,
+// too. A manifold mesh stays manifold; one that is not is left as it is. Vertices without faces are
+// removed. Deterministic. O(F log F).
 FinishingSummary FinishSurface(const FacePairs& pairs, const PhotoTerms& terms,
                                const FinishingOptions& options, TriangleMesh* mesh,
                                const RunContext& context);

@@ -223,8 +223,10 @@ class MeshRefiner {
     const FacePairs pairs = SelectJudges(views);
     const PhotoEnergyOptions energy = MakePhotoEnergyOptions(options_, 0, context_);
     if (options_.guard) Guard(views, pairs, energy);
-    const PhotoTerms terms =
-        EvaluatePhotoTerms(images_, views, result_.mesh, {}, pairs, {}, energy, context_);
+    PhotoTerms terms;
+    if (options_.max_gap_share > 0) {
+      terms = EvaluatePhotoTerms(images_, views, result_.mesh, {}, pairs, {}, energy, context_);
+    }
     const FinishingOptions finishing{
         .border_cost = 0.5 * options_.max_gap_share * MeanPhotoSize(views),
         .max_hole_edges = options_.max_hole_edges};

@@ -146,18 +146,20 @@ struct RefinementResult {
 // steps are cut at `max_step_px`, accepted or rejected region by region, and damped where they were
 // rejected.
 //
-// At the end edges are collapsed within `simplify_tolerance` (see SimplifyWithinTolerance); colours
-// are taken from the photos after that, so that they are as sharp as these.
+// At the end faces go through which textured photos have nothing in common, at the surface's ends
+// alone, and small holes are closed (see FinishSurface). Then edges are collapsed within
+// `simplify_tolerance` (see SimplifyWithinTolerance); colours are taken from the photos after that,
+// so that they are as sharp as these.
 //
 // Input: any triangle mesh; non-manifold edges are kept and not split. Facets oriented towards the
-// cameras. Output: manifold where the input is; never worse in photo error than the input in any
-// region if `guard`, but for what the simplification tolerates. Facets that no pair sees stay where
-// they are. Deterministic for any number of
-// threads; does not depend on the scale, rotation or translation of the scene beyond rounding.
-// Memory: 8 bytes a pixel of the views in use at a time (bounded by the context's budget) plus
-// about 400 bytes a vertex, and what the image store holds; `mesh` is taken over (move it in).
-// Time: about 60 ns a pixel and pair for each iteration. Throws std::logic_error for options that
-// fail Check(), CancelledError, and what the image store throws.
+// cameras. Output: manifold where the input is. If `guard`, the photo error of no region is more
+// than a twentieth above that of the input, and above it only where the surface is smoother, but
+// for what the simplification tolerates. Facets that no pair sees stay where they are.
+// Deterministic for any number of threads; does not depend on the scale, rotation or translation of
+// the scene beyond rounding. Memory: 8 bytes a pixel of the views in use at a time (bounded by the
+// context's budget) plus about 400 bytes a vertex, and what the image store holds; `mesh` is taken
+// over (move it in). Time: about 60 ns a pixel and pair for each iteration. Throws std::logic_error
+// for options that fail Check(), CancelledError, and what the image store throws.
 //
 // J.-P. Pons, R. Keriven, O. Faugeras, "Multi-view stereo reconstruction and scene flow estimation
 // with a global image-based matching score", IJCV 72(2), 2007; H.-H. Vu, P. Labatut, J.-P. Pons, R.

@@ -9,6 +9,7 @@
 
 #include "lsmvs/mesh/inspect.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
+#include "lsmvs/test_support/grid_mesh.h"
 
 namespace lsmvs {
 namespace {
@@ -27,21 +28,6 @@ TriangleMesh Sphere(int levels) {
   return mesh;
 }
 
-TriangleMesh Grid(int n) {
-  TriangleMesh mesh;
-  for (int y = 0; y < n; ++y) {
-    for (int x = 0; x < n; ++x) mesh.vertices.push_back({1.0 * x, 1.0 * y, 0.0});
-  }
-  for (int y = 0; y + 1 < n; ++y) {
-    for (int x = 0; x + 1 < n; ++x) {
-      const int a = y * n + x;
-      mesh.faces.push_back({a, a + 1, a + n});
-      mesh.faces.push_back({a + 1, a + n + 1, a + n});
-    }
-  }
-  return mesh;
-}
-
 std::vector<float> Density(const TriangleMesh& mesh, float value) {
   return std::vector<float>(mesh.faces.size(), value);
 }
@@ -55,7 +41,7 @@ double LargestFace(const TriangleMesh& mesh) {
 }
 
 TEST(Remesher, SplitsUntilNoFaceIsLargeAndKeepsTheSurface) {
-  const TriangleMesh grid = Grid(6);
+  const TriangleMesh grid = GridMesh(6);
   Remesher remesher(grid, grid.vertices, Density(grid, 4.0f));
   EXPECT_GT(remesher.SplitLargeFaces(0.5, 20), 0u);
   const TriangleMesh mesh = remesher.Mesh();
@@ -66,7 +52,7 @@ TEST(Remesher, SplitsUntilNoFaceIsLargeAndKeepsTheSurface) {
 }
 
 TEST(Remesher, NeverSplitsWhatHasNoDensity) {
-  const TriangleMesh grid = Grid(5);
+  const TriangleMesh grid = GridMesh(5);
   Remesher remesher(grid, grid.vertices, Density(grid, 0.0f));
   EXPECT_EQ(remesher.SplitLargeFaces(1e-6), 0u);
   EXPECT_EQ(remesher.CollapseShortEdges(10, 10), 0u);
@@ -74,7 +60,7 @@ TEST(Remesher, NeverSplitsWhatHasNoDensity) {
 }
 
 TEST(Remesher, CollapsesOfAPlaneKeepItsAreaAndBorder) {
-  const TriangleMesh grid = Grid(12);
+  const TriangleMesh grid = GridMesh(12);
   Remesher remesher(grid, grid.vertices, Density(grid, 1.0f));
   EXPECT_GT(remesher.CollapseShortEdges(1.2, 0.01), 20u);
   const TriangleMesh mesh = remesher.Mesh();
@@ -104,7 +90,7 @@ TEST(Remesher, EverythingTogetherKeepsASphereClosedAndInPlace) {
 }
 
 TEST(Remesher, FlipsALongDiagonal) {
-  TriangleMesh mesh = Grid(5);
+  TriangleMesh mesh = GridMesh(5);
   // Squeezes one inner quadrilateral so that its diagonal is the long one.
   mesh.vertices[2 * 5 + 1] += Eigen::Vector3d(-0.3, 0.3, 0);
   mesh.vertices[1 * 5 + 2] += Eigen::Vector3d(0.3, -0.3, 0);
@@ -115,7 +101,7 @@ TEST(Remesher, FlipsALongDiagonal) {
 }
 
 TEST(Remesher, LeavesNonManifoldPartsAsTheyAre) {
-  TriangleMesh mesh = Grid(4);
+  TriangleMesh mesh = GridMesh(4);
   // A fin on an inner edge.
   mesh.vertices.push_back({1.5, 1, 1});
   mesh.faces.push_back({5, 6, 16});
@@ -132,7 +118,7 @@ TEST(Remesher, LeavesNonManifoldPartsAsTheyAre) {
 // Two faces back to back are a closed manifold of their own; split halves would share an edge four
 // times over.
 TEST(Remesher, KeepsFacesBackToBackManifold) {
-  TriangleMesh mesh = Grid(4);
+  TriangleMesh mesh = GridMesh(4);
   mesh.vertices.insert(mesh.vertices.end(), {{0, 0, 2}, {3, 0, 2}, {0, 3, 2}});
   mesh.faces.push_back({16, 17, 18});
   mesh.faces.push_back({17, 16, 18});

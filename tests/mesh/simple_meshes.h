@@ -33,4 +33,23 @@ inline TriangleMesh SphereMesh(int levels) {
   return mesh;
 }
 
+// A surface over the unit square, n x n squares of two faces each.
+template <class Place>
+TriangleMesh UnitSquareMesh(int n, const Place& place) {
+  TriangleMesh mesh;
+  for (int row = 0; row <= n; ++row) {
+    for (int column = 0; column <= n; ++column) {
+      mesh.vertices.push_back(place(static_cast<double>(column) / n, static_cast<double>(row) / n));
+    }
+  }
+  for (int row = 0; row < n; ++row) {
+    for (int column = 0; column < n; ++column) {
+      const int a = row * (n + 1) + column, c = a + n + 1;
+      mesh.faces.emplace_back(a, a + 1, c + 1);
+      mesh.faces.emplace_back(a, c + 1, c);
+    }
+  }
+  return mesh;
+}
+
 }  // namespace lsmvs

@@ -9,25 +9,17 @@
 #include "lsmvs/mesh/inspect.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
 
+#include "simple_meshes.h"
+
 namespace lsmvs {
 namespace {
 
 TriangleMesh Grid(int n, double (*height)(double, double)) {
-  TriangleMesh mesh;
-  for (int row = 0; row <= n; ++row) {
-    for (int column = 0; column <= n; ++column) {
-      const double x = static_cast<double>(column) / n, y = static_cast<double>(row) / n;
-      mesh.vertices.emplace_back(x, y, height(x, y));
-      mesh.vertex_colors.emplace_back(static_cast<uint8_t>(255 * x), static_cast<uint8_t>(255 * y),
-                                      0);
-    }
-  }
-  for (int row = 0; row < n; ++row) {
-    for (int column = 0; column < n; ++column) {
-      const int a = row * (n + 1) + column, c = a + n + 1;
-      mesh.faces.emplace_back(a, a + 1, c + 1);
-      mesh.faces.emplace_back(a, c + 1, c);
-    }
+  TriangleMesh mesh =
+      UnitSquareMesh(n, [&](double x, double y) { return Eigen::Vector3d(x, y, height(x, y)); });
+  for (const Eigen::Vector3d& x : mesh.vertices) {
+    mesh.vertex_colors.emplace_back(static_cast<uint8_t>(255 * x.x()),
+                                    static_cast<uint8_t>(255 * x.y()), 0);
   }
   return mesh;
 }

@@ -23,26 +23,7 @@ namespace {
 // Rounding of the tracer that measures.
 constexpr double kRounding = 1e-6;
 
-// A surface over the unit square, n x n squares of two faces each.
-template <class Place>
-TriangleMesh GridMesh(int n, const Place& place) {
-  TriangleMesh mesh;
-  for (int row = 0; row <= n; ++row) {
-    for (int column = 0; column <= n; ++column) {
-      mesh.vertices.push_back(place(static_cast<double>(column) / n, static_cast<double>(row) / n));
-    }
-  }
-  for (int row = 0; row < n; ++row) {
-    for (int column = 0; column < n; ++column) {
-      const int a = row * (n + 1) + column, c = a + n + 1;
-      mesh.faces.emplace_back(a, a + 1, c + 1);
-      mesh.faces.emplace_back(a, c + 1, c);
-    }
-  }
-  return mesh;
-}
-
-// Joins vertices at one place: closes what GridMesh leaves open.
+// Joins vertices at one place: closes what UnitSquareMesh leaves open.
 void Weld(TriangleMesh* mesh) {
   std::map<std::tuple<double, double, double>, int> index;
   std::vector<int> renamed;
@@ -60,7 +41,7 @@ void Weld(TriangleMesh* mesh) {
 }
 
 TriangleMesh TorusMesh(int n) {
-  TriangleMesh mesh = GridMesh(n, [](double s, double t) {
+  TriangleMesh mesh = UnitSquareMesh(n, [](double s, double t) {
     const double u = 2 * std::numbers::pi * s, v = 2 * std::numbers::pi * t;
     const double r = 1 + 0.4 * std::cos(v);
     return Eigen::Vector3d(r * std::cos(u), r * std::sin(u), 0.4 * std::sin(v));
@@ -71,7 +52,7 @@ TriangleMesh TorusMesh(int n) {
 
 // Open at both ends.
 TriangleMesh CylinderMesh(int n) {
-  TriangleMesh mesh = GridMesh(n, [](double s, double t) {
+  TriangleMesh mesh = UnitSquareMesh(n, [](double s, double t) {
     const double u = 2 * std::numbers::pi * s;
     return Eigen::Vector3d(std::cos(u), std::sin(u), 2 * t);
   });
@@ -84,7 +65,7 @@ TriangleMesh CubeMesh(int n) {
   for (int side = 0; side < 6; ++side) {
     const int axis = side / 2;
     const double at = side % 2;
-    const TriangleMesh face = GridMesh(n, [&](double s, double t) {
+    const TriangleMesh face = UnitSquareMesh(n, [&](double s, double t) {
       Eigen::Vector3d x;
       x[axis] = at;
       x[(axis + 1) % 3] = at > 0 ? s : t;
@@ -198,7 +179,7 @@ TEST(SimplifyWithinTolerance, Sphere) {
 
 TEST(SimplifyWithinTolerance, FlatSquareKeepsItsCorners) {
   const TriangleMesh square =
-      GridMesh(30, [](double x, double y) { return Eigen::Vector3d(x, y, 0.5 * x + 2 * y); });
+      UnitSquareMesh(30, [](double x, double y) { return Eigen::Vector3d(x, y, 0.5 * x + 2 * y); });
   const SimplifiedMesh result = Simplify(square, 1e-4);
   ExpectWithin(square, result, 1e-4);
   EXPECT_LT(result.mesh.faces.size(), 30u);
@@ -211,7 +192,7 @@ TEST(SimplifyWithinTolerance, FlatSquareKeepsItsCorners) {
 }
 
 TEST(SimplifyWithinTolerance, BordersOfHolesStay) {
-  TriangleMesh plate = GridMesh(40, [](double x, double y) {
+  TriangleMesh plate = UnitSquareMesh(40, [](double x, double y) {
     return Eigen::Vector3d(x, y, 0.05 * std::sin(6 * x) * std::cos(5 * y));
   });
   FilterFaces(&plate, [&](size_t f) {
@@ -257,7 +238,7 @@ TEST(SimplifyWithinTolerance, CubeKeepsItsEdges) {
 TEST(SimplifyWithinTolerance, KeepsToItOnRoughSurfaces) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0, 0.004);
-  const TriangleMesh rough = GridMesh(60, [&](double x, double y) {
+  const TriangleMesh rough = UnitSquareMesh(60, [&](double x, double y) {
     return Eigen::Vector3d(x, y, 0.1 * std::sin(9 * x * y) + noise(random));
   });
   size_t last = rough.faces.size() + 1;
@@ -290,7 +271,7 @@ TEST(SimplifyWithinTolerance, NoToleranceKeepsTheSurface) {
   const SimplifiedMesh same = Simplify(sphere, 0);
   EXPECT_EQ(same.mesh.faces.size(), sphere.faces.size());
   const TriangleMesh square =
-      GridMesh(8, [](double x, double y) { return Eigen::Vector3d(x, y, 0); });
+      UnitSquareMesh(8, [](double x, double y) { return Eigen::Vector3d(x, y, 0); });
   const SimplifiedMesh result = Simplify(square, 0);
   EXPECT_NEAR(LargestDistance(square, result.mesh), 0, kRounding);
   EXPECT_NEAR(Inspect(result.mesh).area, 1, 1e-12);
@@ -299,7 +280,7 @@ TEST(SimplifyWithinTolerance, NoToleranceKeepsTheSurface) {
 TEST(SimplifyWithinTolerance, SheetsNearEachOtherDoNotCross) {
   TriangleMesh sheets;
   for (int sheet = 0; sheet < 2; ++sheet) {
-    const TriangleMesh one = GridMesh(50, [&](double x, double y) {
+    const TriangleMesh one = UnitSquareMesh(50, [&](double x, double y) {
       return Eigen::Vector3d(x, y, 0.05 * std::sin(8 * x) * std::sin(7 * y) + 0.004 * sheet);
     });
     const int first = static_cast<int>(sheets.vertices.size());
@@ -338,7 +319,7 @@ TEST(SimplifyWithinTolerance, StopsAtTheShareOfFaces) {
 }
 
 TEST(SimplifyWithinTolerance, ColoursAreThoseOfTheInputAtThePlace) {
-  TriangleMesh square = GridMesh(40, [](double x, double y) {
+  TriangleMesh square = UnitSquareMesh(40, [](double x, double y) {
     return Eigen::Vector3d(x, y, 0.1 * std::sin(5 * x) * std::sin(4 * y));
   });
   for (const Eigen::Vector3d& x : square.vertices) {
@@ -372,9 +353,10 @@ TEST(SimplifyWithinTolerance, ValuesComeFromTheNearestVertices) {
 
 TEST(SimplifyWithinTolerance, IrregularPlacesStay) {
   // Three fins on one edge, a cone tip that touches another sheet, and bad faces.
-  TriangleMesh mesh = GridMesh(20, [](double x, double y) { return Eigen::Vector3d(x, y, 0); });
+  TriangleMesh mesh =
+      UnitSquareMesh(20, [](double x, double y) { return Eigen::Vector3d(x, y, 0); });
   const TriangleMesh fin =
-      GridMesh(20, [](double x, double y) { return Eigen::Vector3d(x, 0.5, y); });
+      UnitSquareMesh(20, [](double x, double y) { return Eigen::Vector3d(x, 0.5, y); });
   const int first = static_cast<int>(mesh.vertices.size());
   mesh.vertices.insert(mesh.vertices.end(), fin.vertices.begin(), fin.vertices.end());
   for (const Eigen::Vector3i& f : fin.faces) mesh.faces.emplace_back(f.array() + first);
@@ -397,7 +379,8 @@ TEST(SimplifyWithinTolerance, IrregularPlacesStay) {
 }
 
 TEST(SimplifyWithinTolerance, TakesBordersThatMeetInAVertex) {
-  TriangleMesh mesh = GridMesh(20, [](double x, double y) { return Eigen::Vector3d(x, y, 0); });
+  TriangleMesh mesh =
+      UnitSquareMesh(20, [](double x, double y) { return Eigen::Vector3d(x, y, 0); });
   // Two square holes with a common corner.
   FilterFaces(&mesh, [&](size_t f) {
     Eigen::Vector3d m = Eigen::Vector3d::Zero();

@@ -7,25 +7,17 @@
 #include <random>
 
 #include "lsmvs/refinement/step_solver.h"
+#include "lsmvs/test_support/grid_mesh.h"
 
 namespace lsmvs {
 namespace {
 
 // A bumpy height field of n x n vertices.
 TriangleMesh Bumps(int n, double spacing, double height, unsigned seed) {
-  TriangleMesh mesh;
+  TriangleMesh mesh = GridMesh(n, spacing);
   std::mt19937 random(seed);
   std::normal_distribution<double> normal(0, height);
-  for (int y = 0; y < n; ++y) {
-    for (int x = 0; x < n; ++x) mesh.vertices.push_back({x * spacing, y * spacing, normal(random)});
-  }
-  for (int y = 0; y + 1 < n; ++y) {
-    for (int x = 0; x + 1 < n; ++x) {
-      const int a = y * n + x;
-      mesh.faces.push_back({a, a + 1, a + n});
-      mesh.faces.push_back({a + 1, a + n + 1, a + n});
-    }
-  }
+  for (Eigen::Vector3d& x : mesh.vertices) x.z() = normal(random);
   return mesh;
 }
 
