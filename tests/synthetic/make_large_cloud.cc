@@ -1,0 +1,112 @@
+// Makes the cloud of a town seen from the air, of any number of points, with the views that see each
+// of them: a dense COLMAP workspace without photos, to test and to plan large surfaces.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "lsmvs/colmap_adapter/dense_workspace.h"
+#include "lsmvs/colmap_adapter/fused_cloud.h"
+#include "lsmvs/colmap_adapter/sparse_model_io.h"
+#include "lsmvs/mesh/ply.h"
+#include "lsmvs/synthetic/town.h"
+#include "lsmvs/synthetic/workspace.h"
+#include "lsmvs/util/error.h"
+#include "lsmvs/util/option_set.h"
+
+namespace lsmvs {
+namespace {
+
+struct ProgramOptions {
+  TownOptions town;
+  std::string output;
+  int truth_lots = 20;
+  int seed = 0;
+
+  void Describe(OptionSet* options) {
+    options->Add("output", &output, "folder to write; it is made if it is missing");
+    options->Add("truth_lots", &truth_lots,
+                 "lots per side, in the middle, that gt_mesh.ply holds; 20 m each", {1, 100000});
+    options->Add("seed", &seed, "of all that is random; the same seed gives the same files",
+                 {0, 1000000000});
+    town.Describe(options);
+  }
+};
+
+void PrintHelp(const OptionSet& options) {
+  std::puts(
+      "usage: make_large_cloud --output FOLDER [--option value]...\n"
+      "Samples a town seen from the air. FOLDER gets fused.ply, fused.ply.vis, COLMAP's sparse\n"
+      "model without points, and gt_mesh.ply, the truth in the middle of the town. Memory does not\n"
+      "grow with the cloud.\n");
+  for (const OptionSet::Entry& entry : options.entries()) {
+    fmt::print("  --{:<18} {} ({}{}{}; default {})\n", entry.name, entry.help, entry.type,
+               entry.bounds.empty() ? "" : " ", entry.bounds,
+               entry.default_value.empty() ? "none" : entry.default_value);
+  }
+}
+
+void Parse(const std::vector<std::string>& arguments, const OptionSet& options) {
+  for (size_t i = 0; i < arguments.size(); i += 2) {
+    const OptionSet::Entry* entry =
+        arguments[i].starts_with("--") ? options.Find(arguments[i].substr(2)) : nullptr;
+    if (entry == nullptr) throw UsageError("unknown option '" + arguments[i] + "'; see --help");
+    if (i + 1 == arguments.size()) throw UsageError(arguments[i] + " needs a value");
+    entry->set(arguments[i + 1]);
+  }
+}
+
+void Run(ProgramOptions options) {
+  if (options.output.empty()) throw UsageError("--output is missing; see --help");
+  options.town.seed = static_cast<uint64_t>(options.seed);
+  const RunContext context;
+  const Town town(options.town);
+  const Scene views = town.MakeViews();
+  const DenseWorkspace workspace{options.output};
+  std::filesystem::create_directories(workspace.SparseFolder());
+  std::filesystem::create_directories(std::filesystem::path(options.output) / "images");
+  WriteSparseModel(workspace.SparseFolder(), MakeSparseModel(views), SparseFormat::kBinary);
+  uint64_t num_points = 0;
+  FusedCloudWriter writer(workspace.FusedPath(), views);
+  SampleTown(town, views, context, [&](const VisibilityCloud& part) {
+    writer.Add(part);
+    num_points += part.size();
+  });
+  writer.Commit();
+  const int lots = std::min(options.truth_lots, town.lots_per_side());
+  const int begin = (town.lots_per_side() - lots) / 2;
+  WriteMeshPly(std::filesystem::path(options.output) / "gt_mesh.ply",
+               town.Mesh(begin, begin + lots));
+  fmt::print("{}: {} points, {} views, {:.0f} m wide, {} m per pixel; truth of [{}, {}] m\n",
+             options.output, num_points, views.num_views(), town.side(), options.town.gsd,
+             Town::kLot * begin, Town::kLot * (begin + lots));
+}
+
+int Main(const std::vector<std::string>& arguments) {
+  ProgramOptions options;
+  OptionSet set;
+  options.Describe(&set);
+  try {
+    for (const std::string& argument : arguments) {
+      if (argument == "--help" || argument == "-h") return PrintHelp(set), 0;
+    }
+    Parse(arguments, set);
+    Run(options);
+    return static_cast<int>(ExitCode::kOk);
+  } catch (const Error& error) {
+    fmt::print(stderr, "error: {}\n", error.what());
+    return static_cast<int>(error.code());
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "internal error: {}\n", error.what());
+    return static_cast<int>(ExitCode::kInternal);
+  }
+}
+
+}  // namespace
+}  // namespace lsmvs
+
+int main(int argc, char** argv) { return lsmvs::Main({argv + 1, argv + argc}); }
