@@ -49,7 +49,31 @@ class BreadthFirstFlow {
   BreadthFirstFlow(std::vector<Node>* nodes, const RunContext& context)
       : nodes_(*nodes), context_(context) {}
 
-  int64_t Run() {
+  // In parts of `part_size` nodes.
+  int64_t Run(size_t part_size) {
+    const size_t num_nodes = nodes_.size();
+    for (size_t begin = 0; begin < num_nodes; begin += part_size) {
+      CutPart(begin, std::min(num_nodes, begin + part_size));
+    }
+    if (part_size < num_nodes) JoinParts(part_size);
+    for (Node& node : nodes_) node.distance = node.distance > 0 ? 1 : 0;
+    return flow_;
+  }
+
+ private:
+  static constexpr uint8_t kTerminal = 4, kOrphan = 5;
+  static constexpr int kSource = 0, kSink = 1;
+  static constexpr int TreeOf(int side) { return side > 0 ? kSource : kSink; }
+
+  // A maximum flow between the nodes [begin, end); arcs that leave them count as absent.
+  void CutPart(size_t begin, size_t end) {
+    begin_ = static_cast<uint32_t>(begin);
+    num_inside_ = static_cast<uint32_t>(end - begin);
+    level_[kSource] = level_[kSink] = 1;
+    for (const int tree : {kSource, kSink}) {
+      frontier_[tree].clear();
+      next_[tree].clear();
+    }
     Plant();
     // When the source's tree cannot grow, what it holds is the source's side.
     while (!frontier_[kSource].empty()) {
@@ -60,14 +84,55 @@ class BreadthFirstFlow {
         Grow<1>();
       }
     }
-    for (Node& node : nodes_) node.distance = node.distance > 0 ? 1 : 0;
-    return flow_;
   }
 
- private:
-  static constexpr uint8_t kTerminal = 4, kOrphan = 5;
-  static constexpr int kSource = 0, kSink = 1;
-  static constexpr int TreeOf(int side) { return side > 0 ? kSource : kSink; }
+  bool Inside(int32_t node) const {
+    return static_cast<uint32_t>(node) - begin_ < num_inside_;
+  }
+
+  // Switches the arcs between the parts on. The flow stays feasible and the trees stay trees; what
+  // can break is that no residual arc leaves the source's tree. It grows from there: from one node
+  // at a wall after the other, each until nothing is left to do, so that what is touched lies
+  // together. Lost nodes may take any level; every node that joins or gets another level is scanned
+  // again.
+  void JoinParts(size_t part_size) {
+    begin_ = 0;
+    num_inside_ = static_cast<uint32_t>(nodes_.size());
+    joining_ = true;
+    const auto part_of = [&](size_t node) { return node / part_size; };
+    for (size_t x = 0; x < nodes_.size(); ++x) {
+      if (x % kPollEach == 0) context_.ThrowIfCancelled();
+      const auto leaves = [&](int32_t y) {
+        return y >= 0 && part_of(static_cast<size_t>(y)) != part_of(x);
+      };
+      const auto& neighbor = nodes_[x].neighbor;
+      if (nodes_[x].distance <= 0 || std::none_of(neighbor.begin(), neighbor.end(), leaves)) {
+        continue;
+      }
+      active_.assign(1, static_cast<int32_t>(x));
+      for (size_t k = 0; k < active_.size(); ++k) Join(active_[k]);
+    }
+    active_.clear();
+  }
+
+  // Pushes what a node of the source's tree can, and takes in its free neighbours.
+  void Join(int32_t x) {
+    Node& node = nodes_[x];
+    for (int i = 0; i < 4 && node.distance > 0; ++i) {
+      const int32_t y = node.neighbor[i];
+      if (y < 0) continue;
+      Node& other = nodes_[y];
+      while (node.distance > 0 && node.capacity[i] > 0 && other.distance <= 0) {
+        if (other.distance < 0) {
+          Augment(x, i);
+          continue;
+        }
+        other.distance = node.distance + 1;
+        other.parent = static_cast<uint8_t>(node.Reverse(i));
+        active_.push_back(y);
+      }
+    }
+  }
 
   // The smaller frontier grows; but a tree much deeper than the other waits: where little flow is
   // left and ways are long, what hangs on a node that is cut off goes with the square of the depth.
@@ -79,7 +144,7 @@ class BreadthFirstFlow {
   }
 
   void Plant() {
-    for (size_t x = 0; x < nodes_.size(); ++x) {
+    for (size_t x = begin_; x < begin_ + size_t{num_inside_}; ++x) {
       Node& node = nodes_[x];
       node.parent = kTerminal;
       node.distance = node.excess > 0 ? 1 : node.excess < 0 ? -1 : 0;
@@ -119,7 +184,7 @@ class BreadthFirstFlow {
     const int32_t distance = node.distance;
     for (int i = 0; i < 4; ++i) {
       const int32_t y = node.neighbor[i];
-      if (y < 0) continue;
+      if (!Inside(y)) continue;
       Node& other = nodes_[y];
       while (Outward<side>(node, i, other) > 0) {
         if (other.distance == 0) {
@@ -212,7 +277,7 @@ class BreadthFirstFlow {
   template <int side>
   int32_t LevelOfParent(const Node& x, int i) const {
     const int32_t y = x.neighbor[i];
-    if (y < 0) return 0;
+    if (!Inside(y)) return 0;
     const Node& other = nodes_[y];
     const int32_t inward = side > 0 ? other.capacity[x.Reverse(i)] : x.capacity[i];
     return inward > 0 ? std::max(0, side * other.distance) : 0;
@@ -253,6 +318,7 @@ class BreadthFirstFlow {
   // Levels of the tree that are complete, or being made.
   template <int side>
   int32_t Limit() const {
+    if (joining_) return std::numeric_limits<int32_t>::max();
     constexpr int tree = TreeOf(side);
     return level_[tree] + (growing_ == tree ? 1 : 0);
   }
@@ -263,7 +329,9 @@ class BreadthFirstFlow {
     FindParent<side>(x, level - 1);
     Node& node = nodes_[x];
     node.distance = side * level;
-    if (level == level_[tree]) {
+    if (joining_) {
+      if (side > 0) active_.push_back(x);
+    } else if (level == level_[tree]) {
       frontier_[tree].push_back(x);
     } else if (level == level_[tree] + 1) {
       next_[tree].push_back(x);
@@ -271,7 +339,7 @@ class BreadthFirstFlow {
     if (level >= Limit<side>()) return;
     for (int i = 0; i < 4; ++i) {
       const int32_t y = node.neighbor[i];
-      if (y >= 0 && nodes_[y].distance == 0 && Outward<side>(node, i, nodes_[y]) > 0) {
+      if (Inside(y) && nodes_[y].distance == 0 && Outward<side>(node, i, nodes_[y]) > 0) {
         relabelled_.Add(level + 1, y);
       }
     }
@@ -282,14 +350,19 @@ class BreadthFirstFlow {
     const Node& node = nodes_[x];
     for (int i = 0; i < 4; ++i) {
       const int32_t y = node.neighbor[i];
-      if (y < 0) continue;
+      if (!Inside(y)) continue;
       const Node& other = nodes_[y];
       if (side * other.distance > 0 && other.parent == node.Reverse(i)) MakeOrphan<side>(y);
     }
   }
 
+  static constexpr size_t kPollEach = 1 << 16;
+
   std::vector<Node>& nodes_;
   const RunContext& context_;
+  uint32_t begin_ = 0, num_inside_ = 0;  // the nodes that are cut at present
+  bool joining_ = false;                 // the parts are cut and are being joined
+  std::vector<int32_t> active_;          // nodes to scan while joining
   std::vector<int32_t> frontier_[2],
       next_[2];  // nodes of the level that grows next, and of the one after
   int32_t level_[2] = {1, 1};
@@ -304,8 +377,8 @@ class BreadthFirstFlow {
 namespace lsmvs {
 
 template <class Node>
-int64_t MaximizeFlow(std::vector<Node>* nodes, const RunContext& context) {
-  return internal::BreadthFirstFlow<Node>(nodes, context).Run();
+int64_t MaximizeFlow(std::vector<Node>* nodes, const RunContext& context, size_t part_size) {
+  return internal::BreadthFirstFlow<Node>(nodes, context).Run(std::max<size_t>(1, part_size));
 }
 
 }  // namespace lsmvs

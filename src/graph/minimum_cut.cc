@@ -4,6 +4,6 @@
 
 namespace lsmvs {
 
-template int64_t MaximizeFlow(std::vector<CutNode>*, const RunContext&);
+template int64_t MaximizeFlow(std::vector<CutNode>*, const RunContext&, size_t);
 
 }  // namespace lsmvs

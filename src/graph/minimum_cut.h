@@ -47,7 +47,15 @@ struct CutNode {
 // left. O(n^2 m) at worst, near linear on the graphs that visibility makes. Memory: the nodes, and
 // about 8 bytes a node for the frontiers. `Node` is CutNode or derived from it. Throws
 // CancelledError.
+//
+// With fewer than all nodes in a part, parts of `part_size` consecutive nodes are cut one after the
+// other, each with the arcs that leave it switched off; then these are switched on and the flow is
+// augmented across the walls, which touches little more than the nodes near them. The result is the
+// same: for nodes that do not fit into memory and lie so that neighbours are close.
+//   J. Liu, J. Sun: Parallel graph-cuts by adaptive bottom-up merging, CVPR 2010.
+inline constexpr size_t kAllNodes = static_cast<size_t>(-1);
 template <class Node>
-int64_t MaximizeFlow(std::vector<Node>* nodes, const RunContext& context);
+int64_t MaximizeFlow(std::vector<Node>* nodes, const RunContext& context,
+                     size_t part_size = kAllNodes);
 
 }  // namespace lsmvs

@@ -3,6 +3,6 @@
 
 namespace lsmvs {
 
-template int64_t MaximizeFlow(std::vector<Cell>*, const RunContext&);
+template int64_t MaximizeFlow(std::vector<Cell>*, const RunContext&, size_t);
 
 }  // namespace lsmvs

@@ -3,6 +3,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "lsmvs/surface/cell_complex.h"
 #include "lsmvs/surface/geometric_predicates_internal.h"
@@ -14,22 +15,38 @@ namespace {
 using internal::InSphere;
 using internal::Orientation;
 
-constexpr int kNumRounds = 12;
+constexpr int kNumRounds = 12, kNumSampleRounds = 6;  // the sample is a 64th
+constexpr size_t kTile = 1 << 14;                     // vertices
 constexpr size_t kReportEach = 1 << 16;
 constexpr int32_t kFreeCell = -2;  // as vertex[0] of a cell that is not in use
 
-// Biased randomised insertion order: each round holds about half of what is left, rounds are walked
-// through in spatial order.
+// Round in which a vertex is inserted: half of all are in the last one, half of the rest in the one
+// before, and so on.
+int RoundOf(size_t vertex) {
+  const uint64_t hash = (vertex + 1) * 0x9E3779B97F4A7C15ull;
+  return kNumRounds - 1 - std::min(kNumRounds - 1, std::countr_one(hash >> 20));
+}
+
+// Biased randomised insertion order. First a sparse sample of all, round by round; then one tile of
+// consecutive vertices after the other, each round by round. So the work goes through the data once
+// in spatial order, whatever their number: what a tile needs fits into the cache, and the cells are
+// made nearly in the order in which they will lie.
 std::vector<uint32_t> InsertionOrder(size_t count) {
-  std::array<size_t, kNumRounds + 1> begin = {};
-  const auto round = [](size_t i) {
-    const uint64_t hash = (i + 1) * 0x9E3779B97F4A7C15ull;
-    return kNumRounds - 1 - std::min(kNumRounds - 1, std::countr_one(hash >> 20));
-  };
-  for (size_t i = 0; i < count; ++i) ++begin[round(i) + 1];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<uint32_t> order(count);
-  for (size_t i = 0; i < count; ++i) order[begin[round(i)]++] = static_cast<uint32_t>(i);
+  std::vector<uint32_t> order;
+  order.reserve(count);
+  for (int round = 0; round < kNumSampleRounds; ++round) {
+    for (size_t i = 0; i < count; ++i) {
+      if (RoundOf(i) == round) order.push_back(static_cast<uint32_t>(i));
+    }
+  }
+  for (size_t begin = 0; begin < count; begin += kTile) {
+    const size_t end = std::min(count, begin + kTile);
+    for (int round = kNumSampleRounds; round < kNumRounds; ++round) {
+      for (size_t i = begin; i < end; ++i) {
+        if (RoundOf(i) == round) order.push_back(static_cast<uint32_t>(i));
+      }
+    }
+  }
   return order;
 }
 
@@ -274,39 +291,66 @@ class DelaunayBuilder {
                                                  {{1, 3}, {0, 3}, {0, 0}, {0, 1}},
                                                  {{1, 2}, {0, 2}, {0, 1}, {0, 0}}};
 
-  // Drops unused cells and numbers the others: finite ones first, each part in the order of its
-  // lowest vertex, so that neighbours lie close. In place.
+  static int32_t LowestVertex(const Cell& cell) {
+    int32_t lowest = std::numeric_limits<int32_t>::max();
+    for (const int32_t v : cell.vertex) {
+      if (v >= 0) lowest = std::min(lowest, v);
+    }
+    return lowest;
+  }
+
+  // Drops unused cells and numbers the others: finite ones first. They were made nearly in the
+  // order of their vertices; within windows they are put into the order of their lowest one, so
+  // that neighbours lie close. Goes through the cells once, in place.
   void SortCells() {
-    const size_t num_points = points_.size();
-    std::vector<uint32_t> begin(2 * num_points + 1, 0);
-    const auto bucket = [&](const Cell& cell) {
-      uint32_t lowest = std::numeric_limits<uint32_t>::max();
-      for (const int32_t v : cell.vertex) lowest = std::min(lowest, static_cast<uint32_t>(v));
-      return lowest + (InfiniteIndex(cell) >= 0 ? num_points : 0);
-    };
-    for (const Cell& cell : cells_) {
-      if (cell.vertex[0] != kFreeCell) ++begin[bucket(cell) + 1];
-    }
-    std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    complex_.num_finite_cells = begin[num_points];
-    const size_t num_cells = begin.back();
-    for (Cell& cell : cells_) {
-      cell.excess = cell.vertex[0] == kFreeCell ? -1 : static_cast<int32_t>(begin[bucket(cell)]++);
-    }
-    for (Cell& cell : cells_) {
-      if (cell.excess < 0) continue;
-      for (int32_t& neighbor : cell.neighbor) neighbor = cells_[neighbor].excess;
-    }
-    for (size_t i = 0; i < cells_.size(); ++i) {
-      while (cells_[i].excess >= 0 && static_cast<size_t>(cells_[i].excess) != i) {
-        std::swap(cells_[i], cells_[cells_[i].excess]);
+    constexpr size_t kWindow = 1 << 17;
+    std::vector<int32_t> new_index(cells_.size(), -1);
+    std::vector<Cell> infinite;
+    std::vector<int32_t> infinite_index, window;
+    size_t num_sorted = 0;
+    for (size_t c = 0; c < cells_.size(); ++c) {
+      const Cell& cell = cells_[c];
+      if (cell.vertex[0] != kFreeCell) {
+        if (InfiniteIndex(cell) < 0) {
+          window.push_back(static_cast<int32_t>(c));
+        } else {
+          infinite.push_back(cell);
+          infinite_index.push_back(static_cast<int32_t>(c));
+        }
+      }
+      if (window.size() == kWindow || c + 1 == cells_.size()) {
+        SortWindow(window, num_sorted, &new_index);
+        num_sorted += window.size();
+        window.clear();
       }
     }
-    cells_.resize(num_cells);
+    complex_.num_finite_cells = num_sorted;
+    cells_.resize(num_sorted);
+    for (size_t i = 0; i < infinite.size(); ++i) {
+      new_index[infinite_index[i]] = static_cast<int32_t>(cells_.size());
+      cells_.push_back(infinite[i]);
+    }
     for (Cell& cell : cells_) {
+      for (int32_t& neighbor : cell.neighbor) neighbor = new_index[neighbor];
       cell.capacity = {};
       cell.excess = cell.distance = 0;
     }
+  }
+
+  // Puts the cells of the window, which lie at or behind `begin`, to `begin` and on.
+  void SortWindow(const std::vector<int32_t>& window, size_t begin,
+                  std::vector<int32_t>* new_index) {
+    std::vector<std::pair<int32_t, int32_t>> order;
+    for (const int32_t c : window) order.emplace_back(LowestVertex(cells_[c]), c);
+    std::sort(order.begin(), order.end());
+    std::vector<Cell> sorted;
+    sorted.reserve(order.size());
+    for (const auto& [lowest, c] : order) {
+      (*new_index)[c] = static_cast<int32_t>(begin + sorted.size());
+      sorted.push_back(cells_[c]);
+    }
+    std::copy(sorted.begin(), sorted.end(),
+              cells_.begin() + static_cast<std::ptrdiff_t>(begin));
   }
 
   void FindIncidentCells() {

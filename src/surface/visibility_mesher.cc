@@ -16,6 +16,7 @@
 #include "lsmvs/surface/visibility_weights.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
+#include "lsmvs/util/scratch_memory.h"
 
 namespace lsmvs {
 
@@ -84,7 +85,7 @@ class Mesher {
   }
 
   void CheckBudget(size_t bytes) const {
-    if (bytes <= context_.memory_budget_bytes) return;
+    if (bytes <= context_.memory_budget_bytes || ScratchMemory::IsOn()) return;
     const double need = static_cast<double>(bytes),
                  allowed = static_cast<double>(context_.memory_budget_bytes);
     std::string advice = "give a smaller cloud or --bounding_box";
@@ -111,9 +112,16 @@ class Mesher {
     result_.counters.num_lost_rays = counters.num_lost_rays;
   }
 
+  // Cells that are cut together: all, or as many as stay in memory with what the cut needs.
+  static size_t CellsAtOnce() {
+    if (!ScratchMemory::IsOn()) return kAllNodes;
+    constexpr size_t kShare = 4;
+    return ScratchMemory::MaxBytesInMemory() / kShare / sizeof(Cell);
+  }
+
   void Cut(const RunContext& context) {
     result_.counters.cut_value =
-        static_cast<double>(MaximizeFlow(&complex_.cells, context)) / kCapacityPerWeight;
+        static_cast<double>(MaximizeFlow(&complex_.cells, context, CellsAtOnce())) / kCapacityPerWeight;
     for (const Cell& cell : complex_.cells) {
       result_.counters.num_empty_cells += cell.OnSourceSide();
     }

@@ -107,11 +107,23 @@ int64_t BoostFlow(const Nodes& nodes) {
   return boost::boykov_kolmogorov_max_flow(graph, source, sink);
 }
 
+void ExpectSameCutInParts(const Nodes& graph, const Nodes& whole, int64_t flow) {
+  const size_t n = graph.size();
+  for (const size_t part_size : {(n + 1) / 2, n / 7 + 1, n / 64 + 1, size_t{1}}) {
+    Nodes cut = graph;
+    EXPECT_EQ(MaximizeFlow(&cut, RunContext(1), part_size), flow) << part_size;
+    size_t num_wrong = 0;
+    for (size_t x = 0; x < n; ++x) num_wrong += cut[x].OnSourceSide() != whole[x].OnSourceSide();
+    EXPECT_EQ(num_wrong, 0u) << "parts of " << part_size << " of " << n;
+  }
+}
+
 void ExpectMinimumCut(const Nodes& graph) {
   Nodes cut = graph;
   const int64_t flow = MaximizeFlow(&cut, RunContext(1));
   EXPECT_EQ(flow, CutValue(graph, cut));
   EXPECT_EQ(flow, BoostFlow(graph));
+  ExpectSameCutInParts(graph, cut, flow);
 }
 
 TEST(MinimumCut, EmptyGraphs) {

@@ -191,11 +191,12 @@ class LotSampler {
   }
 
  private:
-  // One point in each square of a pixel, moved onto the surface by `place` unless that refuses it.
+  // One point in each square of a grid, moved onto the surface by `place` unless that refuses it.
   template <class Place>
   void Draw(const Patch& patch, const Place& place) {
-    const int rows = static_cast<int>(patch.v.norm() / options_.gsd);
-    const int columns = static_cast<int>(patch.u.norm() / options_.gsd);
+    const double spacing = options_.gsd / std::sqrt(kPointsPerSquarePixel);
+    const int rows = static_cast<int>(patch.v.norm() / spacing);
+    const int columns = static_cast<int>(patch.u.norm() / spacing);
     for (int b = 0; b < rows; ++b) {
       for (int a = 0; a < columns; ++a) {
         const double u = (a + random_.Uniform()) / columns, v = (b + random_.Uniform()) / rows;
