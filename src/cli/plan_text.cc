@@ -34,11 +34,22 @@ std::string Row(const std::string& stage, const std::string& work, const std::st
   return fmt::format("  {:<20} {:<40} {:>10} {:>8} {:>8}\n", stage, work, time, memory, disk);
 }
 
+// How a stage works that does not fit into memory.
+std::string ScratchLine(const PlannedStage& stage) {
+  if (stage.scratch_bytes == 0) return "";
+  const uint64_t num_parts =
+      (stage.scratch_bytes + stage.cost.peak_bytes - 1) / std::max<size_t>(1, stage.cost.peak_bytes);
+  return fmt::format("  {:<20} in {} parts, with a scratch file of {}\n", "", num_parts,
+                     FormatBytes(stage.scratch_bytes));
+}
+
 std::string StageLine(const PlannedStage& stage, const PlanHeader& header) {
   if (stage.num_run == 0) return fmt::format("  {:<20} {}\n", stage.name, WorkText(stage));
-  return Row(
-      stage.name, WorkText(stage), FormatSeconds(stage.cost.cpu_seconds / header.num_threads),
-      FormatBytes(header.process_bytes + stage.cost.peak_bytes), FormatBytes(stage.output_bytes));
+  return Row(stage.name, WorkText(stage),
+             FormatSeconds(stage.cost.cpu_seconds / header.num_threads),
+             FormatBytes(header.process_bytes + stage.cost.peak_bytes),
+             FormatBytes(stage.output_bytes)) +
+         ScratchLine(stage);
 }
 
 const PlannedStage* HungriestStage(const RunPlan& plan) {
@@ -106,6 +117,9 @@ std::string PlanText(const PlanHeader& header, const RunPlan& plan) {
   if (plan.NumToRun() == 0) return text + "  everything is up to date\n";
   text += Row("stage", "to do", "time", "memory", "disk");
   for (const PlannedStage& stage : plan.stages) text += StageLine(stage, header);
+  if (plan.peak_scratch_bytes > 0) {
+    text += fmt::format("  scratch files go to {}\n", plan.scratch_folder.string());
+  }
   const CostEstimate cost = plan.Cost();
   return text + Row("all (estimated)", "with the machine to itself",
                     FormatSeconds(cost.cpu_seconds / header.num_threads),
@@ -167,6 +181,20 @@ void CheckPlanFitsDisk(const PlanHeader& header, const RunPlan& plan, uint64_t f
                           "or give --ignore_disk_space 1 to start nevertheless",
                           header.workspace, FormatBytes(plan.peak_disk_bytes),
                           FormatBytes(free_bytes), SizeAdvice(size)));
+}
+
+void CheckScratchFits(const PlanHeader& header, const RunPlan& plan) {
+  if (plan.peak_scratch_bytes == 0) return;
+  std::error_code error;
+  const fs::space_info space = fs::space(plan.scratch_folder, error);
+  if (error || plan.peak_scratch_bytes <= space.available) return;
+  throw Error(
+      ExitCode::kFileSystem,
+      fmt::format("{}: the scratch file needs about {} of disk, but {} are free in {}; make room, "
+                  "name another folder by --scratch_path, allow more memory with --max_memory, or "
+                  "give --ignore_disk_space 1 to start nevertheless",
+                  header.workspace, FormatBytes(plan.peak_scratch_bytes),
+                  FormatBytes(space.available), plan.scratch_folder.string()));
 }
 
 std::optional<uint64_t> FreeDiskBytes(const std::vector<Task>& tasks, const RunPlan& plan) {

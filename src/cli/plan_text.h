@@ -44,6 +44,10 @@ void CheckPlanFits(const PlanHeader& header, const RunPlan& plan, int image_size
 void CheckPlanFitsDisk(const PlanHeader& header, const RunPlan& plan, uint64_t free_bytes,
                        int image_size);
 
+// Throws Error(kFileSystem), with advice, if the largest scratch file does not fit where it goes,
+// beside the results if they go to the same disk.
+void CheckScratchFits(const PlanHeader& header, const RunPlan& plan);
+
 // Bytes free where the tasks that run write; nothing if that cannot be known.
 std::optional<uint64_t> FreeDiskBytes(const std::vector<Task>& tasks, const RunPlan& plan);
 

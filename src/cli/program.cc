@@ -17,6 +17,7 @@
 #include "lsmvs/cli/signals.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
+#include "lsmvs/util/scratch_memory.h"
 
 namespace lsmvs {
 
@@ -35,6 +36,8 @@ int Guarded(const std::function<void()>& body) {
     return static_cast<int>(ExitCode::kOk);
   } catch (const Error& error) {
     return Fail(error.code(), error.what());
+  } catch (const ScratchFullError& error) {
+    return Fail(ExitCode::kFileSystem, error.what());
   } catch (const std::bad_alloc&) {
     return Fail(
         ExitCode::kMemory,

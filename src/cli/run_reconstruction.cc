@@ -14,6 +14,7 @@
 #include "lsmvs/colmap_adapter/scene_loader.h"
 #include "lsmvs/execution/run_store.h"
 #include "lsmvs/execution/run_tasks.h"
+#include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
 
 namespace lsmvs {
@@ -46,18 +47,29 @@ class ConsoleObserver : public RunObserver {
   ProgressDisplay* display_;
 };
 
+// What the process takes beside the stages.
+size_t ProcessBytes() {
+  // Pages of the program and its libraries that only the stages touch.
+  constexpr size_t kCodeBytes = size_t{12} << 20;
+  return ResidentBytes() + kCodeBytes;
+}
+
+// For the process as a whole.
+size_t AllowedBytes(const CommandContext& context) {
+  return context.process_bytes + context.run.memory_budget_bytes;
+}
+
 PlanHeader MakeHeader(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
-                      const RunPlan& plan, const CommandContext& context) {
+                      const RunPlan& plan, size_t process_bytes,
+                      const CommandContext& context) {
   PlanHeader header;
   header.workspace = workspace.folder.string();
   header.num_views = reconstruction.scene.num_views();
   header.num_pixels = NumPixels(reconstruction);
   header.num_points = reconstruction.scene.points.size();
   header.num_threads = context.run.num_threads();
-  // Pages of the program and its libraries that only the stages touch.
-  constexpr size_t kCodeBytes = size_t{12} << 20;
-  header.process_bytes = ResidentBytes() + kCodeBytes;
-  header.memory_allowed_bytes = context.process_bytes + context.run.memory_budget_bytes;
+  header.process_bytes = process_bytes;
+  header.memory_allowed_bytes = AllowedBytes(context);
   const bool matches = std::any_of(plan.stages.begin(), plan.stages.end(), [](const auto& stage) {
     return stage.num_run > 0 && (stage.name == kStereoStage || stage.name == kQuasiDenseStage);
   });
@@ -103,6 +115,21 @@ std::string PhotoNotes(const Reconstruction& reconstruction) {
       num_alpha, num_views);
 }
 
+PlanOptions MakePlanOptions(const DenseWorkspace& workspace, const StageOptions& stage,
+                            size_t process_bytes, const CommandContext& context) {
+  const std::filesystem::path scratch(stage.scratch_path);
+  if (!scratch.empty() && !std::filesystem::is_directory(scratch)) {
+    throw InputError(stage.scratch_path, "is no folder", "make it, or correct --scratch_path");
+  }
+  PlanOptions options;
+  options.overwrite = stage.overwrite;
+  options.memory_bytes =
+      AllowedBytes(context) - std::min(AllowedBytes(context), process_bytes);
+  options.num_parts = stage.num_parts;
+  options.scratch_folder = scratch.empty() ? workspace.folder / "lsmvs" : scratch;
+  return options;
+}
+
 bool Matches(const RunPlan& plan) {
   return std::any_of(plan.stages.begin(), plan.stages.end(), [](const PlannedStage& stage) {
     return stage.num_run > 0 && (stage.name == kStereoStage || stage.name == kQuasiDenseStage);
@@ -134,13 +161,16 @@ void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstru
                 const std::vector<Task>& tasks, const StageOptions& stage,
                 const CommandContext& context) {
   RunStore store(workspace.folder, VersionLine());
-  const RunPlan plan = PlanRun(tasks, {stage.overwrite}, &store);
-  const PlanHeader header = MakeHeader(workspace, reconstruction, plan, context);
+  const size_t process_bytes = ProcessBytes();
+  const RunPlan plan =
+      PlanRun(tasks, MakePlanOptions(workspace, stage, process_bytes, context), &store);
+  const PlanHeader header = MakeHeader(workspace, reconstruction, plan, process_bytes, context);
   Print(PhotoNotes(reconstruction) + PlanText(header, plan));
   CheckPlanFits(header, plan, LongestSide(reconstruction));
   const std::optional<uint64_t> free_bytes = FreeDiskBytes(tasks, plan);
   if (free_bytes && !stage.ignore_disk_space) {
     CheckPlanFitsDisk(header, plan, *free_bytes, LongestSide(reconstruction));
+    CheckScratchFits(header, plan);
   }
   if (Matches(plan)) CheckContrast(reconstruction.scene, *reconstruction.images, context.run);
   ConsoleObserver observer(plan, context.run.num_threads(), context.display);

@@ -78,6 +78,16 @@ void StageOptions::DescribeOverwrite(OptionSet* options) {
                "Start even if the results are not expected to fit on the disk.");
 }
 
+void StageOptions::DescribeScratch(OptionSet* options) {
+  options->Add("scratch_path", &scratch_path,
+               "Folder for the scratch file of a stage that does not fit into --max_memory; "
+               "without it lsmvs/ of the workspace. It should lie on a fast local disk.");
+  options->Add("num_parts", &num_parts,
+               "Work as if no more than this part of what a surface needs fitted into memory. The "
+               "result is the same.",
+               {1, 4096});
+}
+
 void StageOptions::DescribePhotometricMaps(bool keep, OptionSet* options) {
   keep_photometric_maps = keep;
   options->Add("keep_photometric_maps", &keep_photometric_maps,

@@ -27,6 +27,8 @@ struct StageOptions {
   std::string sources_path;  // COLMAP's --config_path
   std::string box_path;      // COLMAP's --bbox_path
   bool ignore_disk_space = false;
+  std::string scratch_path;
+  int num_parts = 1;
   bool keep_photometric_maps = true;
 
   void DescribeWorkspace(OptionSet* options);
@@ -42,6 +44,8 @@ struct StageOptions {
   // How results are written: overwrite, ignore_disk_space.
   void DescribeOverwrite(OptionSet* options);
 
+  // Where and how stages work on disk that do not fit into memory: scratch_path, num_parts.
+  void DescribeScratch(OptionSet* options);
   // `keep`: the default.
   void DescribePhotometricMaps(bool keep, OptionSet* options);
 

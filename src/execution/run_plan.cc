@@ -43,11 +43,25 @@ class Planner {
     RunPlan plan;
     plan.tasks.resize(tasks_.size());
     needed_.assign(tasks_.size(), false);
-    for (size_t i = tasks_.size(); i-- > 0;) plan.tasks[i] = Decide(i);
+    for (size_t i = tasks_.size(); i-- > 0;) {
+      plan.tasks[i] = Decide(i);
+      if (plan.tasks[i].state == TaskState::kRun) {
+        plan.tasks[i].resident_bytes = ResidentBytesOf(tasks_[i]);
+      }
+    }
     return plan;
   }
 
  private:
+  // Of a task that works with a scratch file, else 0.
+  size_t ResidentBytesOf(const Task& task) const {
+    const size_t needed = task.cost.peak_bytes;
+    if (task.least_bytes == 0) return 0;
+    if (options_.num_parts <= 1 && needed <= options_.memory_bytes) return 0;
+    const size_t part = needed / static_cast<size_t>(std::max(1, options_.num_parts));
+    return std::max(task.least_bytes, std::min(part, options_.memory_bytes));
+  }
+
   std::string Key(const fs::path& path) { return store_.files().Key(path); }
 
   Finding Examine(const Task& task) {
@@ -167,8 +181,15 @@ void Count(const PlannedTask& planned, const Task& task, PlannedStage* stage) {
   if (planned.state != TaskState::kRun) return;
   if (stage->num_run++ == 0) stage->reason = planned.reason;
   stage->output_bytes += task.output_bytes;
-  stage->cost.cpu_seconds += task.cost.cpu_seconds;
-  stage->cost.peak_bytes = std::max(stage->cost.peak_bytes, task.cost.peak_bytes);
+  // Measured on towns of 3 to 27 million vertices in a quarter to an eighth of their memory.
+  constexpr double kTimeWithScratch = 1.3;
+  const bool on_disk = planned.resident_bytes > 0;
+  stage->cost.cpu_seconds += task.cost.cpu_seconds * (on_disk ? kTimeWithScratch : 1);
+  stage->cost.peak_bytes = std::max(
+      stage->cost.peak_bytes, on_disk ? planned.resident_bytes : task.cost.peak_bytes);
+  if (on_disk) {
+    stage->scratch_bytes = std::max<uint64_t>(stage->scratch_bytes, task.cost.peak_bytes);
+  }
 }
 
 std::vector<PlannedStage> SumUp(const std::vector<Task>& tasks,
@@ -274,7 +295,11 @@ RunPlan PlanRun(const std::vector<Task>& tasks, const PlanOptions& options, RunS
   RunPlan plan = Planner(tasks, options, store).Plan();
   plan.stages = SumUp(tasks, plan.tasks);
   PlanDrops(tasks, &store->files(), &plan);
+  plan.scratch_folder = options.scratch_folder;
   plan.peak_disk_bytes = PeakDiskBytes(tasks, plan);
+  for (const PlannedStage& stage : plan.stages) {
+    plan.peak_scratch_bytes = std::max(plan.peak_scratch_bytes, stage.scratch_bytes);
+  }
   return plan;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,8 @@ enum class TaskState {
 struct PlannedTask {
   TaskState state = TaskState::kNotNeeded;
   std::string reason;  // of kRun: "new", "options changed", "input changed", ...
+  // Memory of a task that works with a scratch file; 0: it has all in memory.
+  size_t resident_bytes = 0;
 };
 
 struct PlannedStage {
@@ -27,6 +31,7 @@ struct PlannedStage {
   size_t num_run = 0, num_up_to_date = 0, num_foreign = 0;
   std::string reason;         // of the first task that runs
   CostEstimate cost;          // of the tasks that run: sum of times, highest memory
+  uint64_t scratch_bytes = 0;  // the largest scratch file of one
   uint64_t output_bytes = 0;  // that they write
 };
 
@@ -40,6 +45,9 @@ struct RunPlan {
   std::vector<size_t> leftovers;
   // By which the files grow while it runs, at most, beyond what is there already.
   uint64_t peak_disk_bytes = 0;
+  // The largest scratch file of a task.
+  uint64_t peak_scratch_bytes = 0;
+  std::filesystem::path scratch_folder;  // as in the options
 
   // Time summed over the stages, highest memory of one.
   CostEstimate Cost() const;
@@ -49,6 +57,12 @@ struct RunPlan {
 struct PlanOptions {
   // Replace files that are not ours instead of using or refusing them.
   bool overwrite = false;
+  // Tasks that need more work with a scratch file, where they can.
+  size_t memory_bytes = std::numeric_limits<size_t>::max();
+  // Where scratch files go.
+  std::filesystem::path scratch_folder;
+  // Above 1: those that can have no more in memory than this part of what they need.
+  int num_parts = 1;
 };
 
 // Decides what to run: a task whose outputs are wanted, or needed by a task that runs, unless they

@@ -1,6 +1,7 @@
 #include "lsmvs/execution/run_tasks.h"
 
 #include <fmt/chrono.h>
+#include <glog/logging.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -8,12 +9,15 @@
 #include <ctime>
 
 #include "lsmvs/util/check.h"
+#include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
+#include "lsmvs/util/scratch_memory.h"
 
 namespace lsmvs {
 
 namespace {
 
+namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 double SecondsSince(Clock::time_point begin) {
@@ -49,7 +53,39 @@ class StagingGuard {
   const RunStore& store_;
 };
 
-void RunTask(const Task& task, RunStore* store, const RunContext& context) {
+// With a scratch file, and no more than `resident_bytes` in memory; what the file was used for is
+// put among the counts.
+TaskCounts RunWithScratch(const Task& task, size_t resident_bytes, const fs::path& folder,
+                          const TaskRun& run) {
+  const uint64_t read = ScratchMemory::BytesRead(), written = ScratchMemory::BytesWritten();
+  const ScratchMemory scratch({folder, ResidentBytes() + resident_bytes});
+  RunContext context = run.context;
+  context.memory_budget_bytes = resident_bytes;
+  TaskCounts counts = task.run({context, run.outputs});
+  counts["scratch_bytes"] = static_cast<double>(ScratchMemory::PeakBytes());
+  counts["scratch_bytes_read"] = static_cast<double>(ScratchMemory::BytesRead() - read);
+  counts["scratch_bytes_written"] = static_cast<double>(ScratchMemory::BytesWritten() - written);
+  return counts;
+}
+
+// `resident_bytes` as planned; a task that turns out to need more than there is gets a scratch file
+// all the same.
+TaskCounts RunWithin(const Task& task, size_t resident_bytes, const fs::path& folder,
+                     const TaskRun& run) {
+  const bool can = task.least_bytes > 0 && ScratchMemory::IsAvailable();
+  if (can && resident_bytes > 0) return RunWithScratch(task, resident_bytes, folder, run);
+  try {
+    return task.run(run);
+  } catch (const MemoryError& error) {
+    if (!can) throw;
+    LOG(WARNING) << error.what() << "; works with a scratch file in " << folder.string();
+  }
+  return RunWithScratch(task, std::max(task.least_bytes, run.context.memory_budget_bytes), folder,
+                        run);
+}
+
+void RunTask(const Task& task, size_t resident_bytes, const fs::path& scratch_folder,
+             RunStore* store, const RunContext& context) {
   TaskRecord record;
   record.stage = task.stage;
   record.version = task.version;
@@ -63,7 +99,7 @@ void RunTask(const Task& task, RunStore* store, const RunContext& context) {
   const PeakMemoryWatch memory;
   const Clock::time_point begin = Clock::now();
   const double cpu_begin = CpuSeconds();
-  record.counts = task.run({context, staged});
+  record.counts = RunWithin(task, resident_bytes, scratch_folder, {context, staged});
   record.seconds = SecondsSince(begin);
   record.cpu_seconds = CpuSeconds() - cpu_begin;
   record.peak_bytes = memory.PeakBytes();
@@ -110,7 +146,7 @@ class StageRunner {
     for (size_t i = stage_.begin; i < stage_.end; ++i) {
       if (!Runs(i)) continue;
       const double next = std::min(1.0, done + Weight(tasks_[i]) / total_);
-      RunOne(tasks_[i], context_.Part(done, next), &summary);
+      RunOne(i, context_.Part(done, next), &summary);
       for (const size_t dropped : plan_.drops[i]) RemoveOutputs(tasks_[dropped], &store_);
       done = next;
     }
@@ -122,12 +158,13 @@ class StageRunner {
  private:
   bool Runs(size_t i) const { return plan_.tasks[i].state == TaskState::kRun; }
 
-  void RunOne(const Task& task, const RunContext& part, StageSummary* summary) {
+  void RunOne(size_t i, const RunContext& part, StageSummary* summary) {
+    const Task& task = tasks_[i];
     part.ThrowIfCancelled();
     if (ReasonToRun(task, &store_).empty()) {
       ++summary->num_up_to_date;
     } else {
-      RunTask(task, &store_, part);
+      RunTask(task, plan_.tasks[i].resident_bytes, plan_.scratch_folder, &store_, part);
       ++summary->num_ran;
       summary->peak_bytes =
           std::max<uint64_t>(summary->peak_bytes, store_.tasks().at(task.name).peak_bytes);

@@ -47,6 +47,9 @@ struct Task {
   // The outputs serve later tasks only: each is removed once all tasks that read it are done.
   bool temporary = false;
   CostEstimate cost;
+  // What the task holds in large blocks may lie partly in a scratch file (ScratchMemory) where it
+  // does not fit into memory. 0: it may not. Else the least memory with which that makes sense.
+  size_t least_bytes = 0;
   uint64_t output_bytes = 0;  // that the outputs take on disk, about
   std::function<TaskCounts(const TaskRun&)> run;
 };

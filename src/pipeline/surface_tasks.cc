@@ -88,6 +88,9 @@ void SetSurfaceCost(const Reconstruction& reconstruction, size_t num_points, dou
   task->cost =
       EstimateVisibilityMesherCost(reconstruction.scene, num_points, num_view_entries, spacing,
                                    reconstruction.options.surface, reconstruction.num_threads);
+  // Less and every chunk of the scratch file comes and goes too often.
+  constexpr size_t kLeast = 64 << 20, kLeastShare = 32;
+  task->least_bytes = std::max(kLeast, task->cost.peak_bytes / kLeastShare);
   task->output_bytes = ExpectedSurfaceBytes(reconstruction, num_points, spacing);
 }
 

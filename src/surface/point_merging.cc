@@ -74,7 +74,7 @@ FinestView FindFinestView(const Scene& scene, const VisibilityCloud& cloud, size
 // Joins points one after the other.
 class Merger {
  public:
-  static constexpr uint32_t kIgnored = std::numeric_limits<uint32_t>::max();
+  static constexpr uint32_t kIgnored = MergedCloud::kIgnoredPoint;
 
   Merger(const Scene& scene, const VisibilityCloud& cloud, const PointMergingOptions& options,
          const RunContext& context)
@@ -254,6 +254,7 @@ class Merger {
   void GatherSights() {
     std::vector<uint32_t> begin;
     const std::vector<uint32_t> members = GroupMembers(&begin);
+    if (options_.keep_assignment) result_.vertex_of_point = std::move(assignment_);
     std::vector<uint32_t>().swap(assignment_);
     result_.positions.resize(seeds_.size());
     result_.normals.resize(seeds_.size());

@@ -29,6 +29,7 @@ struct PointMergingOptions {
   double max_proj_dist = 0;     // pixels
   double max_depth_dist = 0;    // fraction of the depth
   double visibility_sigma = 0;  // views
+  bool keep_assignment = false;
 };
 
 // How much a point counts that so many views see, 0 to 1.
@@ -54,6 +55,9 @@ struct MergedCloud {
   std::vector<uint64_t> sight_begin;     // #V + 1
   std::vector<Sight> sights;             // ascending view_idx within a vertex
   size_t num_ignored_points = 0;         // not finite, or before none of their views
+  // With keep_assignment, by point of the cloud: the vertex that it became or joined.
+  static constexpr uint32_t kIgnoredPoint = 0xFFFFFFFFu;
+  std::vector<uint32_t> vertex_of_point;
 
   std::span<const Sight> SightsOf(size_t v) const {
     return {sights.data() + sight_begin[v], sights.data() + sight_begin[v + 1]};

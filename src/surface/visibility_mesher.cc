@@ -74,7 +74,7 @@ class Mesher {
 
   void Merge(const RunContext& context) {
     const PointMergingOptions merging{options_.max_proj_dist, options_.max_depth_dist,
-                                      options_.visibility_sigma};
+                                      options_.visibility_sigma, options_.find_free_points};
     merged_ = MergePoints(scene_, cloud_, merging, context);
     cloud_ = {};
     result_.counters.num_ignored_points = merged_.num_ignored_points;
@@ -125,6 +125,24 @@ class Mesher {
     for (const Cell& cell : complex_.cells) {
       result_.counters.num_empty_cells += cell.OnSourceSide();
     }
+    if (options_.find_free_points) FindFreePoints();
+  }
+
+  void FindFreePoints() {
+    std::vector<uint8_t> is_free(complex_.points.size(), 1);
+    for (size_t c = 0; c < complex_.num_finite_cells; ++c) {
+      const Cell& cell = complex_.cells[c];
+      if (cell.OnSourceSide()) continue;
+      for (const int32_t v : cell.vertex) is_free[static_cast<size_t>(v)] = 0;
+    }
+    for (const auto& [duplicate, original] : complex_.duplicates) {
+      is_free[static_cast<size_t>(duplicate)] = is_free[static_cast<size_t>(original)];
+    }
+    result_.point_is_free.reserve(merged_.vertex_of_point.size());
+    for (const uint32_t vertex : merged_.vertex_of_point) {
+      result_.point_is_free.push_back(vertex == MergedCloud::kIgnoredPoint || is_free[vertex]);
+    }
+    std::vector<uint32_t>().swap(merged_.vertex_of_point);
   }
 
   void Extract() {

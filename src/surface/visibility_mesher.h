@@ -80,6 +80,8 @@ struct VisibilityMesherOptions {
   // Steps of volume-preserving smoothing after the cut. 0 returns the vertices where they were
   // measured.
   int smoothing_iterations = 0;
+  // Also tell which points of the cloud the surface leaves in free space. 4 bytes a point.
+  bool find_free_points = false;
 
   // "VisibilityMeshing.<field>".
   void Describe(OptionSet* options);
@@ -117,6 +119,9 @@ struct VisibilityMesherResult {
   // Empty for vertices that closing a hole added.
   std::vector<uint64_t> view_begin = {0};
   std::vector<uint32_t> view_idxs;
+  // With find_free_points, by point of the cloud: 1 if all tetrahedra around its vertex are empty, or
+  // it was ignored: an outlier that the views contradict.
+  std::vector<uint8_t> point_is_free;
   VisibilityMesherStatus status = VisibilityMesherStatus::kSuccess;
   std::string message;  // one line: what was made, or why nothing
   VisibilityMesherCounters counters;

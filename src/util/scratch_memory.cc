@@ -88,11 +88,14 @@ class Pager {
   explicit Pager(const std::filesystem::path& folder)
       : folder_(folder), file_(OpenUnnamedFile(folder)) {
     states_ = static_cast<ChunkState*>(MapAnonymous(kNumChunks, PROT_READ | PROT_WRITE));
-    bounce_ = static_cast<std::byte*>(MapAnonymous(2 * kChunk, PROT_READ | PROT_WRITE));
+    spare_range_ = static_cast<std::byte*>(MapAnonymous(2 * kChunk, PROT_NONE));
+    const size_t misaligned = reinterpret_cast<uintptr_t>(spare_range_) % kChunk;
+    spare_ = spare_range_ + (misaligned == 0 ? 0 : kChunk - misaligned);
+    MakeSpare();
   }
   ~Pager() {
     ::munmap(states_, kNumChunks);
-    ::munmap(bounce_, 2 * kChunk);
+    ::munmap(spare_range_, 2 * kChunk);
     ::close(file_);
   }
 
@@ -218,7 +221,7 @@ class Pager {
         continue;
       }
       if (state == ChunkState::kLeavesDirty) Store(chunk);
-      Unmap(chunk * kChunk, kChunk);
+      Empty(chunk);
       state = ChunkState::kOnDisk;
       ring_[hand_] = ring_.back();
       ring_.pop_back();
@@ -242,30 +245,49 @@ class Pager {
                           OffsetOf(chunk) + static_cast<off_t>(done));
         },
         "cannot write");
+    Protect(chunk, PROT_NONE);
     ++num_written_;
+  }
+
+  // Takes the pages away. Those of one chunk are kept for the next that is read, for which the
+  // kernel would have to clear new ones.
+  void Empty(uint32_t chunk) {
+#ifdef MREMAP_DONTUNMAP
+    if (!spare_has_pages_ &&
+        ::mremap(AddressOf(chunk), kChunk, kChunk,
+                 MREMAP_MAYMOVE | MREMAP_FIXED | MREMAP_DONTUNMAP, spare_) != MAP_FAILED) {
+      if (::mprotect(spare_, kChunk, PROT_READ | PROT_WRITE) != 0) Die("cannot protect memory");
+      spare_has_pages_ = true;
+      return;
+    }
+#endif
+    Unmap(chunk * kChunk, kChunk);
   }
 
   // Read elsewhere and moved to its place, so that no other thread sees it half read.
   void Load(uint32_t chunk) {
-    const auto misaligned = reinterpret_cast<uintptr_t>(bounce_) % kChunk;
-    std::byte* buffer = bounce_ + (misaligned == 0 ? 0 : kChunk - misaligned);
-    ::madvise(buffer, kChunk, MADV_HUGEPAGE);
     Transfer(
         [&](size_t done) {
-          return ::pread(file_, buffer + done, kChunk - done,
+          return ::pread(file_, spare_ + done, kChunk - done,
                          OffsetOf(chunk) + static_cast<off_t>(done));
         },
         "cannot read");
-    if (::mprotect(buffer, kChunk, PROT_READ) != 0) Die("cannot protect memory");
-    if (::mremap(buffer, kChunk, kChunk, MREMAP_MAYMOVE | MREMAP_FIXED, AddressOf(chunk)) ==
+    if (::mprotect(spare_, kChunk, PROT_READ) != 0) Die("cannot protect memory");
+    if (::mremap(spare_, kChunk, kChunk, MREMAP_MAYMOVE | MREMAP_FIXED, AddressOf(chunk)) ==
         MAP_FAILED) {
       Die("cannot move memory");
     }
+    MakeSpare();
+    ++num_read_;
+  }
+
+  void MakeSpare() {
     constexpr int kFlags = MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED | MAP_NORESERVE;
-    if (::mmap(buffer, kChunk, PROT_READ | PROT_WRITE, kFlags, -1, 0) == MAP_FAILED) {
+    if (::mmap(spare_, kChunk, PROT_READ | PROT_WRITE, kFlags, -1, 0) == MAP_FAILED) {
       Die("cannot take memory");
     }
-    ++num_read_;
+    ::madvise(spare_, kChunk, MADV_HUGEPAGE);
+    spare_has_pages_ = false;
   }
 
   // The first gap that is large enough.
@@ -304,7 +326,8 @@ class Pager {
   std::mutex mutex_;
   std::map<size_t, size_t> blocks_;  // size by offset
   ChunkState* states_;
-  std::byte* bounce_;
+  std::byte *spare_range_, *spare_;  // a chunk outside of the range, to read into
+  bool spare_has_pages_ = false;
   std::vector<uint32_t> ring_;  // chunks in memory
   size_t hand_ = 0;             // where in ring_ the search for one to leave goes on
   size_t max_resident_bytes_ = 0, least_other_bytes_ = 0;
@@ -329,7 +352,9 @@ void OnFault(int number, siginfo_t* info, void* context) {
   } else if (previous_action.sa_handler != SIG_DFL && previous_action.sa_handler != SIG_IGN) {
     previous_action.sa_handler(number);
   } else {
-    ::signal(SIGSEGV, SIG_DFL);  // the access is repeated and ends the process
+    ::signal(SIGSEGV, SIG_DFL);
+    // An access is repeated when this returns, and ends the process; a signal that was sent is not.
+    if (info->si_code <= 0) ::raise(number);
   }
 }
 

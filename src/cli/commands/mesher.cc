@@ -107,6 +107,7 @@ class MesherCommand : public Command {
                      StageNames("first"));
     options->AddEnum("to", &to_, "Last stage.", StageNames("last"));
     stage_.DescribeOverwrite(options);
+    stage_.DescribeScratch(options);
     stage_.DescribePhotometricMaps(false, options);
     options->Add("report", &report_,
                  "End with a page that shows the meshes beside COLMAP's, those that are there: "

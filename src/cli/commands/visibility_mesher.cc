@@ -41,6 +41,7 @@ class VisibilityMesherCommand : public Command {
     options->Add("output_path", &output_path_, "The mesh to write (PLY).");
     stage_.DescribeBoundingBox(options);
     stage_.DescribeOverwrite(options);
+    stage_.DescribeScratch(options);
     options_.surface.Describe(options);
   }
 
