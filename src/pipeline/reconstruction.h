@@ -59,8 +59,11 @@ Task MakeQuasiDenseTask(const ReconstructionPtr& reconstruction,
 
 // Cloud -> visibility-consistent mesh. Throws InputError (when it runs) if the cloud supports no
 // surface.
+// `filtered_cloud`, unless empty, is written, too: the cloud without the points that the surface
+// leaves in free space.
 Task MakeSurfaceTask(const ReconstructionPtr& reconstruction, const std::filesystem::path& cloud,
-                     const std::filesystem::path& mesh);
+                     const std::filesystem::path& mesh,
+                     const std::filesystem::path& filtered_cloud = {});
 // The same from the sparse model's points.
 Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
                            const std::filesystem::path& mesh);

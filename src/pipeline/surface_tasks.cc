@@ -10,6 +10,7 @@
 #include "lsmvs/pipeline/reconstruction.h"
 #include "lsmvs/pipeline/task_inputs.h"
 #include "lsmvs/surface/memory_model.h"
+#include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
@@ -39,11 +40,44 @@ VisibilityCloud SparseCloud(const Scene& scene) {
   return cloud;
 }
 
+// Where MeshCloud's outputs are.
+enum SurfaceOutput { kMeshFile, kMeshVisibilityFile, kCloudFile, kCloudVisibilityFile };
+
+VisibilityCloud ReadCroppedCloud(const Reconstruction& reconstruction,
+                                 const std::filesystem::path& cloud) {
+  VisibilityCloud points = reconstruction.files->ReadCloud(cloud, reconstruction.scene);
+  const Eigen::AlignedBox3d& box = reconstruction.options.bounding_box;
+  return box.isEmpty() ? std::move(points)
+                       : Crop(points, box, reconstruction.scene.world_offset);
+}
+
+// Reads the cloud once more: it was freed when its points were merged.
+void WriteFilteredCloud(const Reconstruction& reconstruction,
+                        const std::filesystem::path& cloud_path,
+                        const std::vector<uint8_t>& point_is_free, const TaskRun& run) {
+  const VisibilityCloud cloud = ReadCroppedCloud(reconstruction, cloud_path);
+  LSMVS_CHECK_EQ(cloud.size(), point_is_free.size());
+  const auto write = [&](const CloudSink& sink) {
+    constexpr size_t kPart = 1 << 16;
+    VisibilityCloud part;
+    for (size_t p = 0; p < cloud.size(); ++p) {
+      if (!point_is_free[p]) {
+        part.Add(cloud.positions[p], cloud.normals[p], cloud.colors[p], cloud.ViewsOf(p));
+      }
+      if (part.size() < kPart && p + 1 < cloud.size()) continue;
+      sink(part);
+      part = {};
+    }
+  };
+  reconstruction.files->WriteCloud(
+      reconstruction.scene,
+      {run.outputs.at(kCloudFile), run.outputs.at(kCloudVisibilityFile)}, write);
+}
+
 TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud,
                      const std::filesystem::path& cloud_path, const TaskRun& run) {
   const ReconstructionOptions& options = reconstruction.options;
   const Eigen::Vector3d& offset = reconstruction.scene.world_offset;
-  if (!options.bounding_box.isEmpty()) cloud = Crop(cloud, options.bounding_box, offset);
   const size_t num_points = cloud.size();
   const CloudFit fit = MeasureCloudFit(reconstruction.scene, cloud);
   constexpr double kPartOfReading = 0.04, kPartUntilWriting = 0.97;
@@ -52,8 +86,10 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   RunContext context = run.context.Part(kPartOfReading, kPartUntilWriting);
   const MeshingSize size{.num_points = cloud.size(), .num_view_entries = cloud.view_idxs.size()};
   context.memory_budget_bytes -= std::min(context.memory_budget_bytes, size.CloudBytes());
+  VisibilityMesherOptions surface_options = options.surface;
+  surface_options.find_free_points = run.outputs.size() > kCloudFile;
   const VisibilityMesherResult result =
-      MeshVisibilityCloud(reconstruction.scene, std::move(cloud), options.surface, context);
+      MeshVisibilityCloud(reconstruction.scene, std::move(cloud), surface_options, context);
   if (result.mesh.empty()) {
     throw InputError(cloud_path.string(), "gives no surface: " + result.message,
                      "check that the points and their views belong to this model");
@@ -61,8 +97,12 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   const std::string warning =
       ContradictionWarning(fit, result.counters.num_vertices, result.mesh.vertices.size());
   if (!warning.empty()) LOG(WARNING) << cloud_path.string() << ": " << warning;
-  WriteMeshPly(run.outputs.at(0), result.mesh, offset);
-  reconstruction.files->WriteVisibility(result.view_begin, result.view_idxs, run.outputs.at(1));
+  WriteMeshPly(run.outputs.at(kMeshFile), result.mesh, offset);
+  reconstruction.files->WriteVisibility(result.view_begin, result.view_idxs,
+                                        run.outputs.at(kMeshVisibilityFile));
+  if (surface_options.find_free_points) {
+    WriteFilteredCloud(reconstruction, cloud_path, result.point_is_free, run);
+  }
   TaskCounts counts = {
       {"points", static_cast<double>(num_points)},
       {"delaunay_vertices", static_cast<double>(result.counters.num_vertices)},
@@ -127,16 +167,21 @@ TaskCounts RunRefinement(const Reconstruction& reconstruction, const std::filesy
 }  // namespace
 
 Task MakeSurfaceTask(const ReconstructionPtr& reconstruction, const std::filesystem::path& cloud,
-                     const std::filesystem::path& mesh) {
+                     const std::filesystem::path& mesh,
+                     const std::filesystem::path& filtered_cloud) {
   Task task = SurfaceTask(*reconstruction, mesh);
+  if (!filtered_cloud.empty()) {
+    for (const auto& file : reconstruction->files->CloudFiles(filtered_cloud)) {
+      task.outputs.push_back(file);
+    }
+  }
   const auto inputs = reconstruction->files->CloudFiles(cloud);
   task.inputs.insert(task.inputs.end(), inputs.begin(), inputs.end());
   SetSurfaceCost(*reconstruction, ExpectedPoints(*reconstruction, cloud),
                  ExpectedViewsPerPoint(*reconstruction), ExpectedSpacing(cloud), &task);
   task.run = [=](const TaskRun& run) {
     DropCaches(*reconstruction);
-    VisibilityCloud points = reconstruction->files->ReadCloud(cloud, reconstruction->scene);
-    return MeshCloud(*reconstruction, std::move(points), cloud, run);
+    return MeshCloud(*reconstruction, ReadCroppedCloud(*reconstruction, cloud), cloud, run);
   };
   return task;
 }
@@ -149,7 +194,10 @@ Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
                  MeanTrackLength(reconstruction->scene), PointSpacing::kRandom, &task);
   task.run = [=](const TaskRun& run) {
     DropCaches(*reconstruction);
-    return MeshCloud(*reconstruction, SparseCloud(reconstruction->scene),
+    VisibilityCloud points = SparseCloud(reconstruction->scene);
+    const Eigen::AlignedBox3d& box = reconstruction->options.bounding_box;
+    if (!box.isEmpty()) points = Crop(points, box, reconstruction->scene.world_offset);
+    return MeshCloud(*reconstruction, std::move(points),
                      reconstruction->files->PointsFile(), run);
   };
   return task;

@@ -5,16 +5,10 @@
 
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "lsmvs/colmap_adapter/dense_workspace.h"
-#include "lsmvs/colmap_adapter/fused_cloud.h"
-#include "lsmvs/colmap_adapter/sparse_model_io.h"
-#include "lsmvs/mesh/ply.h"
 #include "lsmvs/synthetic/town.h"
-#include "lsmvs/synthetic/workspace.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/option_set.h"
 
@@ -65,25 +59,10 @@ void Run(ProgramOptions options) {
   options.town.seed = static_cast<uint64_t>(options.seed);
   const RunContext context;
   const Town town(options.town);
-  const Scene views = town.MakeViews();
-  const DenseWorkspace workspace{options.output};
-  std::filesystem::create_directories(workspace.SparseFolder());
-  std::filesystem::create_directories(std::filesystem::path(options.output) / "images");
-  WriteSparseModel(workspace.SparseFolder(), MakeSparseModel(views), SparseFormat::kBinary);
-  uint64_t num_points = 0;
-  FusedCloudWriter writer(workspace.FusedPath(), views);
-  SampleTown(town, views, context, [&](const VisibilityCloud& part) {
-    writer.Add(part);
-    num_points += part.size();
-  });
-  writer.Commit();
-  const int lots = std::min(options.truth_lots, town.lots_per_side());
-  const int begin = (town.lots_per_side() - lots) / 2;
-  WriteMeshPly(std::filesystem::path(options.output) / "gt_mesh.ply",
-               town.Mesh(begin, begin + lots));
+  const TownWorkspace written = WriteTown(options.output, town, options.truth_lots, context);
   fmt::print("{}: {} points, {} views, {:.0f} m wide, {} m per pixel; truth of [{}, {}] m\n",
-             options.output, num_points, views.num_views(), town.side(), options.town.gsd,
-             Town::kLot * begin, Town::kLot * (begin + lots));
+             options.output, written.num_points, written.num_views, town.side(), options.town.gsd,
+             Town::kLot * written.truth_begin, Town::kLot * written.truth_end);
 }
 
 int Main(const std::vector<std::string>& arguments) {

@@ -6,8 +6,13 @@
 #include <limits>
 #include <numbers>
 
+#include "lsmvs/colmap_adapter/dense_workspace.h"
+#include "lsmvs/colmap_adapter/fused_cloud.h"
+#include "lsmvs/colmap_adapter/sparse_model_io.h"
+#include "lsmvs/mesh/ply.h"
 #include "lsmvs/synthetic/cameras.h"
 #include "lsmvs/synthetic/random.h"
+#include "lsmvs/synthetic/workspace.h"
 
 namespace lsmvs {
 
@@ -119,6 +124,20 @@ Eigen::AlignedBox3d Town::MakeHouse(int i, int j) const {
   }
   return {Eigen::Vector3d(x, y, low - 0.5),
           Eigen::Vector3d(x + width, y + depth, high + random.Uniform(4, 12))};
+}
+
+double Town::HeightAbove(const Eigen::Vector3d& x) const {
+  constexpr double kNearWall = 0.5;
+  const auto lot = [&](double at) {
+    return std::clamp(static_cast<int>(at / kLot), 0, lots_per_side_ - 1);
+  };
+  Eigen::AlignedBox3d house = House(lot(x.x()), lot(x.y()));
+  const double roof = house.max().z();
+  house.extend(house.min() - Eigen::Vector3d::Constant(kNearWall));
+  house.extend(house.max() + Eigen::Vector3d::Constant(kNearWall));
+  const bool over_house =
+      house.contains(Eigen::Vector3d(x.x(), x.y(), 0.5 * (house.min().z() + house.max().z())));
+  return std::max(0.0, x.z() - (over_house ? roof : GroundHeight(x.x(), x.y())));
 }
 
 bool Town::Hides(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
@@ -289,6 +308,28 @@ void SampleTown(const Town& town, const Scene& views, const RunContext& context,
     });
     for (size_t k = 0; k < count; ++k) sink(batch[k]);
   }
+}
+
+TownWorkspace WriteTown(const std::filesystem::path& folder, const Town& town, int truth_lots,
+                        const RunContext& context) {
+  const Scene views = town.MakeViews();
+  const DenseWorkspace workspace{folder};
+  std::filesystem::create_directories(workspace.SparseFolder());
+  std::filesystem::create_directories(folder / "images");
+  WriteSparseModel(workspace.SparseFolder(), MakeSparseModel(views));
+  TownWorkspace result;
+  result.num_views = views.num_views();
+  FusedCloudWriter writer(workspace.FusedPath(), views);
+  SampleTown(town, views, context, [&](const VisibilityCloud& part) {
+    writer.Add(part);
+    result.num_points += part.size();
+  });
+  writer.Commit();
+  const int lots = std::min(truth_lots, town.lots_per_side());
+  result.truth_begin = (town.lots_per_side() - lots) / 2;
+  result.truth_end = result.truth_begin + lots;
+  WriteMeshPly(folder / "gt_mesh.ply", town.Mesh(result.truth_begin, result.truth_end));
+  return result;
 }
 
 TriangleMesh Town::Mesh(int begin, int end) const {

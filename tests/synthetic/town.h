@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <filesystem>
 #include <vector>
 
 #include "lsmvs/mesh/triangle_mesh.h"
@@ -43,6 +44,8 @@ class Town {
     return houses_[static_cast<size_t>(j) * static_cast<size_t>(lots_per_side_) +
                    static_cast<size_t>(i)];
   }
+  // Of a point over ground and houses; 0 within half a metre of a house's walls and below its roof.
+  double HeightAbove(const Eigen::Vector3d& x) const;
   // Whether a house stands between the two.
   bool Hides(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
 
@@ -70,5 +73,16 @@ class Town {
 // town.
 void SampleTown(const Town& town, const Scene& views, const RunContext& context,
                 const CloudSink& sink);
+
+struct TownWorkspace {
+  uint64_t num_points = 0;
+  int num_views = 0;
+  int truth_begin = 0, truth_end = 0;  // lots along each side that gt_mesh.ply holds
+};
+
+// Writes a dense workspace without photos: fused.ply, fused.ply.vis, the sparse model without
+// points, and gt_mesh.ply, the truth of the middle `truth_lots` lots along each side.
+TownWorkspace WriteTown(const std::filesystem::path& folder, const Town& town, int truth_lots,
+                        const RunContext& context);
 
 }  // namespace lsmvs

@@ -3,6 +3,7 @@
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/cli/run_reconstruction.h"
 #include "lsmvs/cli/stage_options.h"
+#include "lsmvs/util/error.h"
 
 namespace lsmvs {
 
@@ -39,6 +40,9 @@ class VisibilityMesherCommand : public Command {
                      "Points to mesh: the fused cloud or the sparse model's.",
                      {{"dense", CloudKind::kDense}, {"sparse", CloudKind::kSparse}});
     options->Add("output_path", &output_path_, "The mesh to write (PLY).");
+    options->Add("filtered_cloud_path", &filtered_cloud_path_,
+                 "Also write the fused cloud without the points that the surface leaves in free "
+                 "space (outliers that the views contradict) to this PLY and PLY.vis.");
     stage_.DescribeBoundingBox(options);
     stage_.DescribeOverwrite(options);
     stage_.DescribeScratch(options);
@@ -49,10 +53,14 @@ class VisibilityMesherCommand : public Command {
     stage_.Apply(&options_);
     const DenseWorkspace workspace = stage_.Workspace();
     const bool sparse = input_type_ == CloudKind::kSparse;
+    if (sparse && !filtered_cloud_path_.empty()) {
+      throw UsageError("--filtered_cloud_path goes with --input_type dense only");
+    }
     const auto reconstruction = OpenReconstruction(
         workspace, stage_, options_, context, sparse ? PhotoUse::kNoCamera : PhotoUse::kNothing);
     Task task = sparse ? MakeSparseSurfaceTask(reconstruction, output_path_)
-                       : MakeSurfaceTask(reconstruction, workspace.FusedPath(), output_path_);
+                       : MakeSurfaceTask(reconstruction, workspace.FusedPath(), output_path_,
+                                         filtered_cloud_path_);
     RenameForOutput(workspace.VisibilityMeshPath(), &task);
     RunPlanned(workspace, *reconstruction, {task}, stage_, context);
   }
@@ -60,7 +68,7 @@ class VisibilityMesherCommand : public Command {
  private:
   StageOptions stage_;
   CloudKind input_type_ = CloudKind::kDense;
-  std::string output_path_;
+  std::string output_path_, filtered_cloud_path_;
   ReconstructionOptions options_;
 };
 

@@ -1,0 +1,168 @@
+// Surfaces that do not fit into the memory that is allowed.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+
+#include "lsmvs/colmap_adapter/fused_cloud.h"
+#include "lsmvs/mesh/ply.h"
+#include "lsmvs/synthetic/town.h"
+#include "lsmvs/test_support/temporary_folder.h"
+#include "lsmvs/util/scratch_memory.h"
+#include "plan_figures.h"
+#include "program_runner.h"
+
+namespace lsmvs {
+namespace {
+
+namespace fs = std::filesystem;
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SKIP_WITH_SANITIZERS GTEST_SKIP() << "there is no scratch memory with sanitizers"
+#else
+#define SKIP_WITH_SANITIZERS static_cast<void>(0)
+#endif
+
+std::string ReadBytes(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// A town of about 140,000 vertices, which takes about 150 MB, made once.
+class SurfaceParts : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    TownOptions options;
+    options.num_points = 6e5;
+    WriteTown(folder_->path(), Town(options), 3, RunContext(2));
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static fs::path Path(const std::string& name) { return folder_->path() / name; }
+
+  static ProgramResult Mesh(const std::string& output, std::vector<std::string> more,
+                            const ProgramOptions& options = {}) {
+    std::vector<std::string> arguments = {"visibility_mesher", "--input_path",
+                                          folder_->path().string(), "--output_path",
+                                          Path(output).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram("lsmvs", arguments, options);
+  }
+
+  static void ExpectSameMesh(const std::string& a, const std::string& b) {
+    EXPECT_TRUE(ReadBytes(Path(a)) == ReadBytes(Path(b))) << a << " and " << b << " differ";
+    EXPECT_TRUE(ReadBytes(Path(a + ".vis")) == ReadBytes(Path(b + ".vis"))) << a << ".vis";
+  }
+
+  // Made by the first test that needs it.
+  static void MakeWhole() {
+    if (!fs::exists(Path("whole.ply"))) ExpectSuccess(Mesh("whole.ply", {}));
+  }
+
+  static TemporaryFolder* folder_;
+};
+
+TemporaryFolder* SurfaceParts::folder_ = nullptr;
+
+TEST_F(SurfaceParts, AnyNumberGivesTheBytesOfTheWhole) {
+  SKIP_WITH_SANITIZERS;
+  MakeWhole();
+  for (const std::string num_parts : {"2", "7", "64"}) {
+    const std::string output = "parts" + num_parts + ".ply";
+    const ProgramResult result =
+        Mesh(output, {"--num_parts", num_parts, "--num_threads", num_parts == "7" ? "1" : "2"});
+    ExpectSuccess(result);
+    EXPECT_THAT(result.out, testing::HasSubstr("scratch file"));
+    ExpectSameMesh(output, "whole.ply");
+  }
+}
+
+TEST_F(SurfaceParts, DividesByItselfAndStaysBelowMaxMemory) {
+  SKIP_WITH_SANITIZERS;
+  MakeWhole();
+  const ProgramResult result = Mesh("small.ply", {"--max_memory", "150MB"});
+  ExpectSuccess(result);
+  EXPECT_THAT(result.out, testing::HasSubstr("scratch file"));
+  EXPECT_LT(result.peak_bytes, 150e6);
+  ExpectSameMesh("small.ply", "whole.ply");
+}
+
+TEST_F(SurfaceParts, TooLittleForAnyPartIsRefused) {
+  SKIP_WITH_SANITIZERS;
+  ExpectError(Mesh("tiny.ply", {"--max_memory", "70MB"}), 5, {"visibility_mesher", "--max_memory"});
+}
+
+TEST_F(SurfaceParts, ScratchFolderThatIsMissingIsRefused) {
+  ExpectError(Mesh("x.ply", {"--num_parts", "2", "--scratch_path", Path("no").string()}), 3,
+              {Path("no").string(), "--scratch_path"});
+}
+
+TEST_F(SurfaceParts, DiskThatFillsUpEndsWithAMessageAndLosesNothing) {
+  SKIP_WITH_SANITIZERS;
+  MakeWhole();
+  ProgramOptions options;
+  // The first arrays fit into a file of that size, the later ones do not.
+  options.before_exec = [] {
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit = {60 << 20, 60 << 20};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  };
+  ExpectError(Mesh("full.ply", {"--num_parts", "4"}, options), 4, {"scratch", "--scratch_path"});
+  EXPECT_FALSE(fs::exists(Path("full.ply")));
+  ExpectSuccess(Mesh("full.ply", {"--num_parts", "4"}));
+  ExpectSameMesh("full.ply", "whole.ply");
+}
+
+TEST_F(SurfaceParts, KillsAtRandomMomentsLeaveNothingBehind) {
+  SKIP_WITH_SANITIZERS;
+  MakeWhole();
+  const ProgramResult undisturbed = Mesh("kill0.ply", {"--num_parts", "4"});
+  ExpectSuccess(undisturbed);
+  std::mt19937 random(5);
+  const auto longest = static_cast<int>(undisturbed.seconds * 0.9e6);
+  for (int kill = 0; kill < 20; ++kill) {
+    ProgramOptions options;
+    options.signal_after =
+        std::chrono::microseconds(std::uniform_int_distribution(1000, longest)(random));
+    Mesh("kill.ply", {"--num_parts", "4"}, options);
+  }
+  ExpectSuccess(Mesh("kill.ply", {"--num_parts", "4"}));
+  ExpectSameMesh("kill.ply", "whole.ply");
+  for (const auto& entry : fs::directory_iterator(Path("lsmvs"))) {
+    EXPECT_THAT(entry.path().filename().string(),
+                testing::AnyOf("run.json", "run.lock", testing::StartsWith("report")));
+  }
+}
+
+// Outliers float in free space; what is near the surface stays.
+TEST_F(SurfaceParts, FilteredCloudHasTheOutliersRemoved) {
+  TownOptions options;
+  options.num_points = 6e5;
+  const Town town(options);
+  const Scene views = town.MakeViews();
+  ExpectSuccess(Mesh("filter.ply", {"--filtered_cloud_path", Path("clean.ply").string()}));
+  const DenseWorkspace workspace{folder_->path()};
+  const VisibilityCloud before = ReadFusedCloud(workspace.FusedPath(), views, workspace).cloud;
+  const VisibilityCloud after = ReadFusedCloud(Path("clean.ply"), views, workspace).cloud;
+  const auto count_far = [&](const VisibilityCloud& cloud) {
+    size_t count = 0;
+    for (const Eigen::Vector3f& x : cloud.positions) count += town.HeightAbove(x.cast<double>()) > 1;
+    return count;
+  };
+  EXPECT_GT(after.size(), before.size() * 95 / 100);
+  EXPECT_LT(after.size(), before.size());
+  EXPECT_GT(count_far(before), 1000u);
+  EXPECT_LT(count_far(after), count_far(before) / 10);
+}
+
+}  // namespace
+}  // namespace lsmvs
