@@ -125,6 +125,7 @@ PlanOptions MakePlanOptions(const DenseWorkspace& workspace, const StageOptions&
   options.overwrite = stage.overwrite;
   options.memory_bytes =
       AllowedBytes(context) - std::min(AllowedBytes(context), process_bytes);
+  options.process_bytes = process_bytes;
   options.num_parts = stage.num_parts;
   options.scratch_folder = scratch.empty() ? workspace.folder / "lsmvs" : scratch;
   return options;

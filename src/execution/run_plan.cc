@@ -296,6 +296,7 @@ RunPlan PlanRun(const std::vector<Task>& tasks, const PlanOptions& options, RunS
   plan.stages = SumUp(tasks, plan.tasks);
   PlanDrops(tasks, &store->files(), &plan);
   plan.scratch_folder = options.scratch_folder;
+  plan.process_bytes = options.process_bytes;
   plan.peak_disk_bytes = PeakDiskBytes(tasks, plan);
   for (const PlannedStage& stage : plan.stages) {
     plan.peak_scratch_bytes = std::max(plan.peak_scratch_bytes, stage.scratch_bytes);

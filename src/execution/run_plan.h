@@ -48,6 +48,7 @@ struct RunPlan {
   // The largest scratch file of a task.
   uint64_t peak_scratch_bytes = 0;
   std::filesystem::path scratch_folder;  // as in the options
+  size_t process_bytes = 0;              // as in the options
 
   // Time summed over the stages, highest memory of one.
   CostEstimate Cost() const;
@@ -59,6 +60,7 @@ struct PlanOptions {
   bool overwrite = false;
   // Tasks that need more work with a scratch file, where they can.
   size_t memory_bytes = std::numeric_limits<size_t>::max();
+  size_t process_bytes = 0;  // that the process takes beside the tasks
   // Where scratch files go.
   std::filesystem::path scratch_folder;
   // Above 1: those that can have no more in memory than this part of what they need.

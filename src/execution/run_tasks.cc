@@ -55,10 +55,10 @@ class StagingGuard {
 
 // With a scratch file, and no more than `resident_bytes` in memory; what the file was used for is
 // put among the counts.
-TaskCounts RunWithScratch(const Task& task, size_t resident_bytes, const fs::path& folder,
+TaskCounts RunWithScratch(const Task& task, size_t resident_bytes, const RunPlan& plan,
                           const TaskRun& run) {
   const uint64_t read = ScratchMemory::BytesRead(), written = ScratchMemory::BytesWritten();
-  const ScratchMemory scratch({folder, ResidentBytes() + resident_bytes});
+  const ScratchMemory scratch({plan.scratch_folder, plan.process_bytes + resident_bytes});
   RunContext context = run.context;
   context.memory_budget_bytes = resident_bytes;
   TaskCounts counts = task.run({context, run.outputs});
@@ -68,24 +68,26 @@ TaskCounts RunWithScratch(const Task& task, size_t resident_bytes, const fs::pat
   return counts;
 }
 
-// `resident_bytes` as planned; a task that turns out to need more than there is gets a scratch file
-// all the same.
-TaskCounts RunWithin(const Task& task, size_t resident_bytes, const fs::path& folder,
+// As planned; a task that turns out to need more than there is gets a scratch file all the same.
+TaskCounts RunWithin(const Task& task, const PlannedTask& planned, const RunPlan& plan,
                      const TaskRun& run) {
   const bool can = task.least_bytes > 0 && ScratchMemory::IsAvailable();
-  if (can && resident_bytes > 0) return RunWithScratch(task, resident_bytes, folder, run);
+  if (can && planned.resident_bytes > 0) {
+    return RunWithScratch(task, planned.resident_bytes, plan, run);
+  }
   try {
     return task.run(run);
   } catch (const MemoryError& error) {
     if (!can) throw;
-    LOG(WARNING) << error.what() << "; works with a scratch file in " << folder.string();
+    LOG(WARNING) << error.what() << "; works with a scratch file in "
+                 << plan.scratch_folder.string();
   }
-  return RunWithScratch(task, std::max(task.least_bytes, run.context.memory_budget_bytes), folder,
-                        run);
+  const size_t resident_bytes = std::max(task.least_bytes, run.context.memory_budget_bytes);
+  return RunWithScratch(task, resident_bytes, plan, run);
 }
 
-void RunTask(const Task& task, size_t resident_bytes, const fs::path& scratch_folder,
-             RunStore* store, const RunContext& context) {
+void RunTask(const Task& task, const PlannedTask& planned, const RunPlan& plan, RunStore* store,
+             const RunContext& context) {
   TaskRecord record;
   record.stage = task.stage;
   record.version = task.version;
@@ -99,7 +101,7 @@ void RunTask(const Task& task, size_t resident_bytes, const fs::path& scratch_fo
   const PeakMemoryWatch memory;
   const Clock::time_point begin = Clock::now();
   const double cpu_begin = CpuSeconds();
-  record.counts = RunWithin(task, resident_bytes, scratch_folder, {context, staged});
+  record.counts = RunWithin(task, planned, plan, {context, staged});
   record.seconds = SecondsSince(begin);
   record.cpu_seconds = CpuSeconds() - cpu_begin;
   record.peak_bytes = memory.PeakBytes();
@@ -164,7 +166,7 @@ class StageRunner {
     if (ReasonToRun(task, &store_).empty()) {
       ++summary->num_up_to_date;
     } else {
-      RunTask(task, plan_.tasks[i].resident_bytes, plan_.scratch_folder, &store_, part);
+      RunTask(task, plan_.tasks[i], plan_, &store_, part);
       ++summary->num_ran;
       summary->peak_bytes =
           std::max<uint64_t>(summary->peak_bytes, store_.tasks().at(task.name).peak_bytes);

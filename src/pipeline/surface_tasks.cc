@@ -120,6 +120,12 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   return counts;
 }
 
+// Of a task that has a scratch file: with less, every chunk would come and go too often.
+size_t LeastBytes(size_t needed_bytes) {
+  constexpr size_t kLeast = 64 << 20, kLeastShare = 32;
+  return std::max(kLeast, needed_bytes / kLeastShare);
+}
+
 // `views_per_point`: in the mean.
 void SetSurfaceCost(const Reconstruction& reconstruction, size_t num_points, double views_per_point,
                     PointSpacing spacing, Task* task) {
@@ -128,9 +134,7 @@ void SetSurfaceCost(const Reconstruction& reconstruction, size_t num_points, dou
   task->cost =
       EstimateVisibilityMesherCost(reconstruction.scene, num_points, num_view_entries, spacing,
                                    reconstruction.options.surface, reconstruction.num_threads);
-  // Less and every chunk of the scratch file comes and goes too often.
-  constexpr size_t kLeast = 64 << 20, kLeastShare = 32;
-  task->least_bytes = std::max(kLeast, task->cost.peak_bytes / kLeastShare);
+  task->least_bytes = LeastBytes(task->cost.peak_bytes);
   task->output_bytes = ExpectedSurfaceBytes(reconstruction, num_points, spacing);
 }
 
@@ -220,6 +224,7 @@ Task MakeRefinementTask(const ReconstructionPtr& reconstruction,
   const size_t num_faces = ExpectedFaces(*reconstruction, input_mesh);
   task.cost = EstimateRefinementCost(reconstruction->scene, *reconstruction->images, num_faces,
                                      options.refinement, context);
+  task.least_bytes = LeastBytes(task.cost.peak_bytes);
   task.output_bytes = ExpectedRefinedBytes(num_faces);
   task.run = [=](const TaskRun& run) { return RunRefinement(*reconstruction, input_mesh, run); };
   return task;

@@ -8,11 +8,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <thread>
 #include <vector>
 
 #include "lsmvs/util/check.h"
@@ -105,6 +108,13 @@ class Pager {
     // What the process holds beside the chunks.
     least_other_bytes_ = ResidentBytes() - std::min(ResidentBytes(), ring_.size() * kChunk);
     MeasureLimit();
+  }
+
+  // Where the rest of the process has grown, chunks make way.
+  void Adapt() {
+    const std::lock_guard lock(mutex_);
+    MeasureLimit();
+    KeepAtMost(max_chunks_);
   }
 
   void* Allocate(size_t num_bytes) {
@@ -206,11 +216,16 @@ class Pager {
     return true;
   }
 
-  // Lets chunks leave, those that were not touched for a round first.
+  // For one more chunk.
   void MakeRoom() {
     constexpr uint64_t kMeasureEach = 64;
     if (++num_made_room_ % kMeasureEach == 0) MeasureLimit();
-    while (ring_.size() >= max_chunks_) {
+    KeepAtMost(max_chunks_ - 1);
+  }
+
+  // Lets chunks leave, those that were not touched for a round first.
+  void KeepAtMost(size_t num_chunks) {
+    while (ring_.size() > num_chunks) {
       if (hand_ >= ring_.size()) hand_ = 0;
       const uint32_t chunk = ring_[hand_];
       ChunkState& state = states_[chunk];
@@ -342,6 +357,37 @@ std::unique_ptr<Pager>& ThePager() {
   return *pager;
 }
 
+// Lets the pager adapt again and again.
+class Watch {
+ public:
+  Watch() : thread_([this] { Run(); }) {}
+  ~Watch() {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    stopped_.notify_all();
+    thread_.join();
+  }
+
+ private:
+  void Run() {
+    constexpr std::chrono::milliseconds kInterval(10);
+    std::unique_lock lock(mutex_);
+    while (!stopped_.wait_for(lock, kInterval, [this] { return stop_; })) ThePager()->Adapt();
+  }
+
+  std::mutex mutex_;
+  std::condition_variable stopped_;
+  bool stop_ = false;
+  std::thread thread_;  // last: it uses the others
+};
+
+std::unique_ptr<Watch>& TheWatch() {
+  static auto* watch = new std::unique_ptr<Watch>;
+  return *watch;
+}
+
 struct sigaction previous_action;
 
 // Accesses to the range are made possible and go on; anything else is what it was before.
@@ -390,10 +436,14 @@ ScratchMemory::ScratchMemory(const ScratchMemoryOptions& options) {
     pager = std::make_unique<internal::Pager>(options.folder);
   }
   pager->SetLimit(options.max_resident_bytes);
+  internal::TheWatch() = std::make_unique<internal::Watch>();
   internal::scratch_is_on = true;
 }
 
-ScratchMemory::~ScratchMemory() { internal::scratch_is_on = false; }
+ScratchMemory::~ScratchMemory() {
+  internal::scratch_is_on = false;
+  internal::TheWatch().reset();
+}
 
 bool ScratchMemory::IsAvailable() { return internal::scratch_new_is_linked; }
 bool ScratchMemory::IsOn() { return internal::scratch_is_on; }

@@ -35,6 +35,7 @@ class MeshRefinerCommand : public Command {
     stage_.DescribeSkipMissingImages(options);
     stage_.DescribeMaxImageSize("max_image_size", options);
     stage_.DescribeOverwrite(options);
+    stage_.DescribeScratch(options);
     options_.refinement.Describe(options);
   }
 
