@@ -17,7 +17,7 @@ namespace lsmvs {
 namespace {
 
 constexpr const char* kSurfaceVersion = "7";
-constexpr const char* kRefinementVersion = "4";
+constexpr const char* kRefinementVersion = "5";
 
 // Points inside the box, which is in the world of the files.
 VisibilityCloud Crop(const VisibilityCloud& cloud, const Eigen::AlignedBox3d& box,
