@@ -18,8 +18,7 @@ Scene PlaneScene(int num_views, double step, double distance) {
   for (int v = 0; v < num_views; ++v) {
     const Eigen::Quaterniond down(0, 1, 0, 0);  // half a turn about x
     const Eigen::Vector3d center(step * v, 0, distance);
-    scene.views.push_back(
-        MakeView(v, MakeCamera(kWidth, kHeight), Rigid3(down, -(down * center))));
+    scene.views.push_back(MakeView(v, MakeCamera(kWidth, kHeight), Rigid3(down, -(down * center))));
   }
   for (double x = -6; x < 6 + step * num_views; x += 0.05) {
     for (double y = -3; y < 3; y += 0.05) {
