@@ -10,7 +10,7 @@ namespace lsmvs::internal {
 namespace {
 
 constexpr size_t kStepsPerReport = 65536;
-constexpr int32_t kVerticesPerBlock = 4096;
+constexpr int32_t kVerticesPerBlock = 16384;
 
 Eigen::Vector3d NormalTimesTwiceArea(const Triangle3& t) { return (t.b - t.a).cross(t.c - t.a); }
 
