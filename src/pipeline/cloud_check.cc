@@ -12,7 +12,7 @@ constexpr size_t kSamplePoints = 10000;
 // Of the places of good clouds nine tenths are on the surface; of noisy ones more than half.
 constexpr double kMinShareOnSurface = 0.3;
 // Pairs of a cloud and the views that it was made from reach more than that.
-constexpr double kGoodFit = 0.9;
+constexpr double kGoodFit = 0.95;
 
 double Ratio(size_t part, size_t whole) {
   return whole == 0 ? 1.0 : static_cast<double>(part) / static_cast<double>(whole);
