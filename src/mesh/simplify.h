@@ -63,7 +63,8 @@ struct BoundedSimplificationOptions {
 // - Faces cross nowhere where those of the input did not.
 // Vertices without faces and faces that are degenerate by their indices or not finite are dropped.
 // Colours are those of the input at the new place (they may be fewer than the photos would give:
-// colour them anew); normals are computed anew where the input has any. Deterministic for any
+// colour them anew), qualities those of the nearest vertex of the input; normals are computed anew
+// where the input has any. Deterministic for any
 // number of threads. About 10 microseconds and 400 bytes per face of the input. Throws
 // std::logic_error for options that fail Check().
 //

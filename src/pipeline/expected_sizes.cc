@@ -72,16 +72,16 @@ uint64_t ExpectedCloudBytes(const Reconstruction& reconstruction, size_t num_poi
 
 uint64_t ExpectedSurfaceBytes(const Reconstruction& reconstruction, size_t num_points,
                               PointSpacing spacing) {
-  // As a point of a cloud; a vertex has the views of all points that it was merged from. A face has
-  // its number of corners and three indices.
-  constexpr uint64_t kFaceBytes = 1 + 3 * 4;
+  // As a point of a cloud, with its quality; a vertex has the views of all points that it was
+  // merged from. A face has its number of corners and three indices.
+  constexpr uint64_t kFaceBytes = 1 + 3 * 4, kQualityBytes = 4;
   const size_t num_vertices = ExpectedVertices(reconstruction, num_points, spacing);
   return ExpectedCloudBytes(reconstruction, num_vertices) +
-         kFacesPerVertex * kFaceBytes * num_vertices;
+         (kFacesPerVertex * kFaceBytes + kQualityBytes) * num_vertices;
 }
 
 uint64_t ExpectedRefinedBytes(size_t num_input_faces) {
-  constexpr uint64_t kVertexBytes = 6 * 4 + 3, kFaceBytes = 1 + 3 * 4;
+  constexpr uint64_t kVertexBytes = 6 * 4 + 3 + 4, kFaceBytes = 1 + 3 * 4;
   return (kVertexBytes / kFacesPerVertex + kFaceBytes) * num_input_faces;
 }
 

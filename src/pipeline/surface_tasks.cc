@@ -10,13 +10,14 @@
 #include "lsmvs/pipeline/reconstruction.h"
 #include "lsmvs/pipeline/task_inputs.h"
 #include "lsmvs/surface/memory_model.h"
+#include "lsmvs/surface/point_merging.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
 
 namespace {
 
-constexpr const char* kSurfaceVersion = "7";
+constexpr const char* kSurfaceVersion = "8";
 constexpr const char* kRefinementVersion = "5";
 
 // Points inside the box, which is in the world of the files.
@@ -39,6 +40,15 @@ VisibilityCloud SparseCloud(const Scene& scene) {
   return cloud;
 }
 
+// Of each vertex, 0 to 1: by the number of views that see it.
+std::vector<float> QualityByViews(const std::vector<uint64_t>& view_begin, double sigma) {
+  std::vector<float> quality;
+  for (size_t v = 0; v + 1 < view_begin.size(); ++v) {
+    quality.push_back(static_cast<float>(ViewConfidence(view_begin[v + 1] - view_begin[v], sigma)));
+  }
+  return quality;
+}
+
 TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud,
                      const std::filesystem::path& cloud_path, const TaskRun& run) {
   const ReconstructionOptions& options = reconstruction.options;
@@ -52,7 +62,7 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   RunContext context = run.context.Part(kPartOfReading, kPartUntilWriting);
   const MeshingSize size{.num_points = cloud.size(), .num_view_entries = cloud.view_idxs.size()};
   context.memory_budget_bytes -= std::min(context.memory_budget_bytes, size.CloudBytes());
-  const VisibilityMesherResult result =
+  VisibilityMesherResult result =
       MeshVisibilityCloud(reconstruction.scene, std::move(cloud), options.surface, context);
   if (result.mesh.empty()) {
     throw InputError(cloud_path.string(), "gives no surface: " + result.message,
@@ -61,6 +71,7 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   const std::string warning =
       ContradictionWarning(fit, result.counters.num_vertices, result.mesh.vertices.size());
   if (!warning.empty()) LOG(WARNING) << cloud_path.string() << ": " << warning;
+  result.mesh.vertex_quality = QualityByViews(result.view_begin, options.surface.visibility_sigma);
   WriteMeshPly(run.outputs.at(0), result.mesh, offset);
   reconstruction.files->WriteVisibility(result.view_begin, result.view_idxs, run.outputs.at(1));
   TaskCounts counts = {

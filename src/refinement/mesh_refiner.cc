@@ -16,6 +16,7 @@
 #include "lsmvs/refinement/vertex_colors.h"
 #include "lsmvs/refinement/vertex_frames.h"
 #include "lsmvs/refinement/vertex_pixel_sizes.h"
+#include "lsmvs/refinement/vertex_quality.h"
 #include "lsmvs/scene/surface_share.h"
 #include "lsmvs/scene/view_selection.h"
 #include "lsmvs/util/memory.h"
@@ -226,6 +227,9 @@ class MeshRefiner {
     PhotoTerms terms;
     if (options_.max_gap_share > 0) {
       terms = EvaluatePhotoTerms(images_, views, result_.mesh, {}, pairs, {}, energy, context_);
+    }
+    if (!terms.error.empty()) {
+      result_.mesh.vertex_quality = VertexQuality(result_.mesh, pairs, terms);
     }
     const FinishingOptions finishing{
         .border_cost = 0.5 * options_.max_gap_share * MeanPhotoSize(views),
