@@ -27,30 +27,37 @@ class PreparedTriangle {
  public:
   explicit PreparedTriangle(const Triangle3& t)
       : a_(t.a), ab_(t.b - t.a), ac_(t.c - t.a), normal_(ab_.cross(ac_)) {
-    const double area = normal_.norm();
-    if (area > 0) normal_ /= area;
-    inverse_area_ = 1.0 / (area * area);
+    const double aa = ab_.squaredNorm(), bb = ac_.squaredNorm(), mixed = ab_.dot(ac_);
+    const double squared_area = normal_.squaredNorm();
+    inverse_ = 1.0 / squared_area;
+    to_b_ = inverse_ * (bb * ab_ - mixed * ac_);
+    to_c_ = inverse_ * (aa * ac_ - mixed * ab_);
+    squared_heights_ = {squared_area / (ac_ - ab_).squaredNorm(), squared_area / bb,
+                        squared_area / aa};
   }
 
-  // Square of the distance of p; some value above `limit` where that is larger than `limit`.
+  // Square of the distance of p; some value above `limit`, at most that square, where that is
+  // larger than `limit`.
   double SquaredDistance(const Eigen::Vector3d& p, double limit) const {
     const Eigen::Vector3d ap = p - a_;
-    const double height = normal_.dot(ap), squared_height = height * height;
+    const double offset = normal_.dot(ap), squared_height = inverse_ * offset * offset;
     if (squared_height > limit) return squared_height;
-    const double d1 = ab_.dot(ap), d2 = ac_.dot(ap);
-    const double aa = ab_.squaredNorm(), bb = ac_.squaredNorm(), mixed = ab_.dot(ac_);
-    const double v = (bb * d1 - mixed * d2) * inverse_area_;
-    const double w = (aa * d2 - mixed * d1) * inverse_area_;
+    const double v = to_b_.dot(ap), w = to_c_.dot(ap), u = 1 - v - w;
+    // How far beyond the line of an edge: nearer than that no point of the triangle is.
+    const auto beyond = [&](double coordinate, int k) {
+      const double outside = std::min(coordinate, 0.0);
+      return outside * outside * squared_heights_[k];
+    };
+    const double least_possible =
+        squared_height + std::max({beyond(u, 0), beyond(v, 1), beyond(w, 2)});
+    if (least_possible > limit) return least_possible;
     // Not a number where the triangle is degenerate: then all its edges count.
-    const bool by_ab = !(w >= 0), by_ac = !(v >= 0), by_bc = !(v + w <= 1);
+    const bool by_ab = !(w >= 0), by_ac = !(v >= 0), by_bc = !(u >= 0);
     if (!by_ab && !by_ac && !by_bc) return squared_height;
     double least = std::numeric_limits<double>::infinity();
-    if (by_ab) least = SquaredDistanceToVector(ap, ab_, d1, aa);
-    if (by_ac) least = std::min(least, SquaredDistanceToVector(ap, ac_, d2, bb));
-    if (by_bc) {
-      const Eigen::Vector3d bp = ap - ab_, bc = ac_ - ab_;
-      least = std::min(least, SquaredDistanceToVector(bp, bc, bc.dot(bp), bc.squaredNorm()));
-    }
+    if (by_ab) least = SquaredDistanceToVector(ap, ab_);
+    if (by_ac) least = std::min(least, SquaredDistanceToVector(ap, ac_));
+    if (by_bc) least = std::min(least, SquaredDistanceToVector(ap - ab_, ac_ - ab_));
     return least;
   }
 
@@ -75,20 +82,20 @@ class PreparedTriangle {
   // Barycentric coordinates of a point's projection.
   Eigen::Vector3d Coordinates(const Eigen::Vector3d& p) const {
     const Eigen::Vector3d ap = p - a_;
-    const double d1 = ab_.dot(ap), d2 = ac_.dot(ap);
-    const double aa = ab_.squaredNorm(), bb = ac_.squaredNorm(), mixed = ab_.dot(ac_);
-    const double v = (bb * d1 - mixed * d2) * inverse_area_;
-    const double w = (aa * d2 - mixed * d1) * inverse_area_;
+    const double v = to_b_.dot(ap), w = to_c_.dot(ap);
     return {1 - v - w, v, w};
   }
-  static double SquaredDistanceToVector(const Eigen::Vector3d& p, const Eigen::Vector3d& end,
-                                        double product, double squared_length) {
-    const double share = squared_length > 0 ? std::clamp(product / squared_length, 0.0, 1.0) : 0.0;
+  static double SquaredDistanceToVector(const Eigen::Vector3d& p, const Eigen::Vector3d& end) {
+    const double squared_length = end.squaredNorm();
+    const double share =
+        squared_length > 0 ? std::clamp(end.dot(p) / squared_length, 0.0, 1.0) : 0.0;
     return (p - share * end).squaredNorm();
   }
 
-  Eigen::Vector3d a_, ab_, ac_, normal_;
-  double inverse_area_;
+  Eigen::Vector3d a_, ab_, ac_, normal_;  // normal: times twice the area
+  Eigen::Vector3d to_b_, to_c_;           // gradients of the second and third coordinate
+  Eigen::Vector3d squared_heights_;       // of the corners above the opposite edges
+  double inverse_;                        // of the squared length of the normal
 };
 
 }  // namespace lsmvs

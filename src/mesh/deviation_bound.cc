@@ -15,7 +15,7 @@ namespace {
 // Faces that an input edge may pass in a star.
 constexpr int kMaxSteps = 12;
 // Faces that are looked at for an edge, a bit each.
-constexpr size_t kMaxCandidates = 64, kMaxCandidatesAround = 48;
+constexpr size_t kMaxCandidates = 64, kMaxFacesAt = 16;
 // Input vertices whose faces a point of the new surface is compared with.
 constexpr size_t kNumNearest = 3;
 // Between the points looked at, the square of the distance may be larger.
@@ -42,7 +42,8 @@ DeviationBound::DeviationBound(const std::vector<Eigen::Vector3d>& vertices,
       next_by_(vertices.size(), kNone),
       input_next_(vertices.size(), kNone),
       previous_on_border_(vertices.size(), kNone),
-      place_in_star_(vertices.size(), kNone) {
+      place_in_star_(vertices.size(), kNone),
+      place_in_candidates_(faces.size(), kNone) {
   LinkNeighbors(faces);
   LinkBorders(faces);
 }
@@ -106,7 +107,7 @@ void DeviationBound::Accept(const Collapse& collapse) {
 }
 
 void DeviationBound::Begin() {
-  candidates_.clear();
+  ForgetCandidates(0);
   star_vertices_.clear();
   old_faces_.clear();
   near_faces_.clear();
@@ -124,7 +125,7 @@ bool DeviationBound::End(bool allowed) {
 // far. What is likely to fail comes first.
 bool DeviationBound::CollectVertices(const Collapse& collapse) {
   for (const Collapse::NewFace& face : collapse.faces) {
-    if (candidates_.size() < kMaxCandidates) candidates_.emplace_back(face.triangle);
+    if (candidates_.size() < kMaxCandidates) AddCandidate(face.triangle);
   }
   const auto add = [&](int32_t v) { return AddVertex(collapse, v); };
   const auto add_all = [&](int32_t face) {
@@ -196,69 +197,138 @@ bool DeviationBound::AreEdgesNear(const Collapse& collapse) {
       if (j != kNone && (near_faces_[i] & near_faces_[static_cast<size_t>(j)]) != 0) continue;
       const double squared_tolerance = std::min(SquaredTolerance(v), SquaredTolerance(w));
       const bool covered =
-          j != kNone
-              ? IsCovered({vertices_[static_cast<size_t>(v)], near_faces_[i]},
-                          {vertices_[static_cast<size_t>(w)], near_faces_[static_cast<size_t>(j)]},
-                          FirstBits(candidates_.size()), squared_tolerance)
-              : IsWayOutCovered(collapse, i, w, squared_tolerance);
+          j != kNone ? IsWayInsideCovered(collapse, i, static_cast<size_t>(j), squared_tolerance)
+                     : IsWayOutCovered(collapse, i, w, squared_tolerance);
       if (!covered) return false;
     }
   }
   return true;
 }
 
-// The edge from a vertex of the star to one outside: by the new faces and those at that, or else by
-// all around, too.
+// The edge between two vertices of the star: by the new faces, or else by those around, too.
+bool DeviationBound::IsWayInsideCovered(const Collapse& collapse, size_t i, size_t j,
+                                        double squared_tolerance) {
+  const Point s = {vertices_[static_cast<size_t>(star_vertices_[i])], near_faces_[i]};
+  const Point t = {vertices_[static_cast<size_t>(star_vertices_[j])], near_faces_[j], kAll};
+  return IsCovered(s, t, NewFaces(collapse), squared_tolerance) ||
+         IsWayCoveredAround(collapse, s, t, squared_tolerance);
+}
+
+// The edge from a vertex of the star to one outside: by the new faces, those at that one and those
+// around the star.
 bool DeviationBound::IsWayOutCovered(const Collapse& collapse, size_t star_vertex, int32_t w,
                                      double squared_tolerance) {
-  const size_t num_new = std::min(collapse.faces.size(), kMaxCandidates);
-  if (IsWayToFacesAtCovered(collapse, star_vertex, w, num_new, squared_tolerance)) return true;
-  if (candidates_.size() == num_new) AddFacesAround(collapse);
-  return candidates_.size() > num_new &&
-         IsWayToFacesAtCovered(collapse, star_vertex, w, candidates_.size(), squared_tolerance);
-}
-
-// By the first candidates and the faces at the vertex outside.
-bool DeviationBound::IsWayToFacesAtCovered(const Collapse& collapse, size_t star_vertex, int32_t w,
-                                           size_t num_first, double squared_tolerance) {
-  const size_t num_candidates = candidates_.size();
-  AddFacesAt(collapse, w);
-  const uint64_t candidates =
-      FirstBits(num_first) | (FirstBits(candidates_.size()) & ~FirstBits(num_candidates));
   Point s = {vertices_[static_cast<size_t>(star_vertices_[star_vertex])], near_faces_[star_vertex]};
   Point t = {vertices_[static_cast<size_t>(w)], 0};
-  t.near = NearFaces(t.x, candidates, squared_tolerance);
-  if ((s.near & t.near) == 0) s.near |= NearFaces(s.x, candidates & ~s.near, squared_tolerance);
-  const bool covered = IsCovered(s, t, candidates, squared_tolerance);
-  candidates_.erase(candidates_.begin() + static_cast<std::ptrdiff_t>(num_candidates),
-                    candidates_.end());
-  return covered;
+  if (IsNearOneOf(s.near, squared_tolerance, &t)) return true;
+  const uint64_t new_faces = NewFaces(collapse);
+  if (candidates_.size() > kMaxCandidates - kMaxFacesAt) {
+    ForgetCandidates(static_cast<size_t>(std::popcount(new_faces)));
+  }
+  const uint64_t at_w = FacesAt(collapse, w);
+  return IsOneStepCovered(s, at_w, squared_tolerance, &t) ||
+         IsWayCoveredAround(collapse, s, t, squared_tolerance);
 }
 
-void DeviationBound::AddCandidate(const Collapse& collapse, int32_t face) {
+// By all candidates, with the faces around the star.
+bool DeviationBound::IsWayCoveredAround(const Collapse& collapse, const Point& s, const Point& t,
+                                        double squared_tolerance) {
+  if (!has_faces_around_) AddFacesAround(collapse);
+  const uint64_t along =
+      CandidatesAlong(s.x, t.x, FirstBits(candidates_.size()), squared_tolerance);
+  if (IsCovered(s, t, along, squared_tolerance)) return true;
+  const uint64_t others = NearFaces(s.x, along & ~s.near, squared_tolerance);
+  return others != 0 && IsCovered({s.x, s.near | others}, t, along, squared_tolerance);
+}
+
+// Whether the way from s leaves a face that s is near where it is near one of some other faces that
+// t is near: what IsCovered() finds out, too, for most of the edges.
+bool DeviationBound::IsOneStepCovered(const Point& s, uint64_t faces_at_t, double squared_tolerance,
+                                      Point* t) const {
+  if (!IsNearOneOf(faces_at_t, squared_tolerance, t)) return false;
+  for (uint64_t left = s.near; left != 0; left &= left - 1) {
+    const double share =
+        candidates_[static_cast<size_t>(std::countr_zero(left))].ExitShare(s.x, t->x);
+    if (!(share > 0)) continue;
+    Point exit = {s.x + share * (t->x - s.x), 0};
+    if (IsNearOneOf(left & -left, squared_tolerance, &exit) &&
+        IsNearOneOf(faces_at_t & t->near, squared_tolerance, &exit)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// The new faces among the candidates: the first ones.
+uint64_t DeviationBound::NewFaces(const Collapse& collapse) const {
+  return FirstBits(std::min(collapse.faces.size(), kMaxCandidates));
+}
+
+void DeviationBound::AddCandidate(const Triangle3& t) {
+  candidates_.emplace_back(t);
+  const Eigen::Vector3d center = (t.a + t.b + t.c) / 3;
+  balls_.push_back(
+      {center, std::sqrt(std::max({(t.a - center).squaredNorm(), (t.b - center).squaredNorm(),
+                                   (t.c - center).squaredNorm()}))});
+}
+
+// The bit of a face outside the star, which becomes a candidate if it is none; 0 for faces of the
+// star and where there are too many.
+uint64_t DeviationBound::OuterCandidate(const Collapse& collapse, int32_t face) {
+  int8_t& place = place_in_candidates_[static_cast<size_t>(face)];
+  if (place != kNone) return uint64_t{1} << place;
   if (candidates_.size() == kMaxCandidates || stars_.Has(face, collapse.keep) ||
       stars_.Has(face, collapse.drop)) {
-    return;
+    return 0;
   }
-  candidates_.emplace_back(TriangleOf(stars_.positions(), stars_.face(face)));
+  place = static_cast<int8_t>(candidates_.size());
+  outer_faces_.push_back(face);
+  AddCandidate(TriangleOf(stars_.positions(), stars_.face(face)));
+  return uint64_t{1} << place;
+}
+
+// Leaves the first ones, which are the new faces.
+void DeviationBound::ForgetCandidates(size_t num_left) {
+  for (const int32_t face : outer_faces_) place_in_candidates_[static_cast<size_t>(face)] = kNone;
+  outer_faces_.clear();
+  has_faces_around_ = false;
+  const auto left = static_cast<std::ptrdiff_t>(num_left);
+  candidates_.erase(candidates_.begin() + left, candidates_.end());
+  balls_.erase(balls_.begin() + left, balls_.end());
+}
+
+// Those of some candidates that may be within tolerance of a point between two.
+uint64_t DeviationBound::CandidatesAlong(const Eigen::Vector3d& s, const Eigen::Vector3d& t,
+                                         uint64_t candidates, double squared_tolerance) const {
+  const Eigen::Vector3d middle = 0.5 * (s + t);
+  const double reach = 0.5 * (t - s).norm() + std::sqrt(squared_tolerance);
+  uint64_t along = 0;
+  for (; candidates != 0; candidates &= candidates - 1) {
+    const int k = std::countr_zero(candidates);
+    const Ball& ball = balls_[static_cast<size_t>(k)];
+    const double limit = ball.radius + reach;
+    along |= uint64_t{(ball.center - middle).squaredNorm() <= limit * limit} << k;
+  }
+  return along;
 }
 
 // The faces outside the star by which an input vertex lies.
-void DeviationBound::AddFacesAt(const Collapse& collapse, int32_t v) {
-  if (!IsInPlace(v)) return AddCandidate(collapse, face_of_[static_cast<size_t>(v)]);
-  stars_.ForFaces(v, [&](int32_t f, int) { AddCandidate(collapse, f); });
+uint64_t DeviationBound::FacesAt(const Collapse& collapse, int32_t v) {
+  if (!IsInPlace(v)) return OuterCandidate(collapse, face_of_[static_cast<size_t>(v)]);
+  uint64_t faces = 0;
+  stars_.ForFaces(v, [&](int32_t f, int) { faces |= OuterCandidate(collapse, f); });
+  return faces;
 }
 
-// The faces outside the star that touch it, each once or twice.
+// The faces outside the star that touch it.
 void DeviationBound::AddFacesAround(const Collapse& collapse) {
+  has_faces_around_ = true;
   for (const Collapse::NewFace& face : collapse.faces) {
     // Of the two other corners the one that follows: each corner of the star's rim comes once.
     int k = 0;
     while (face.corners[k] != collapse.keep) ++k;
     const int32_t v = face.corners[(k + 1) % 3];
-    stars_.ForFaces(v, [&](int32_t f, int) {
-      if (candidates_.size() < kMaxCandidatesAround) AddCandidate(collapse, f);
-    });
+    stars_.ForFaces(v, [&](int32_t f, int) { OuterCandidate(collapse, f); });
   }
 }
 
@@ -275,12 +345,20 @@ uint64_t DeviationBound::NearFaces(const Eigen::Vector3d& x, uint64_t candidates
   return near;
 }
 
+// Whether a point is within tolerance of one of some candidates.
+bool DeviationBound::IsNearOneOf(uint64_t candidates, double squared_tolerance, Point* t) const {
+  const uint64_t unknown = candidates & ~t->known;
+  t->near |= NearFaces(t->x, unknown, squared_tolerance);
+  t->known |= unknown;
+  return (candidates & t->near) != 0;
+}
+
 // Whether the way between two points lies within tolerance of the candidates. Walks from candidate
 // to candidate: between two points within tolerance of one the way is, too.
-bool DeviationBound::IsCovered(Point s, const Point& t, uint64_t candidates,
+bool DeviationBound::IsCovered(Point s, Point t, uint64_t candidates,
                                double squared_tolerance) const {
   for (int step = 0; step < kMaxSteps; ++step) {
-    if ((s.near & t.near) != 0) return true;
+    if (IsNearOneOf(s.near, squared_tolerance, &t)) return true;
     double exit = 0;
     uint64_t leaving = 0;
     for (uint64_t left = s.near; left != 0; left &= left - 1) {
@@ -323,6 +401,7 @@ bool DeviationBound::IsNearInput(const Collapse& collapse, const Collapse::NewFa
   nearest.fill(kNone);
   const auto look_at = [&](int32_t v) {
     double distance = (vertices_[static_cast<size_t>(v)] - x).squaredNorm();
+    if (distance >= distances.back()) return;
     for (size_t k = 0; k < kNumNearest; ++k) {
       if (distance >= distances[k]) continue;
       std::swap(distance, distances[k]);
@@ -370,6 +449,17 @@ bool DeviationBound::IsChainNear(int32_t from, int32_t to) const {
     if ((ClosestOnSegment(x, a, b) - x).squaredNorm() > SquaredTolerance(v)) return false;
   }
   return true;
+}
+
+uint64_t DeviationBound::StateHash() const {
+  uint64_t hash = 0;
+  for (const int32_t v : star_vertices_) {
+    const auto face = static_cast<uint64_t>(face_of_[static_cast<size_t>(v)]);
+    uint64_t x = (static_cast<uint64_t>(v) << 32 | face) * 0x9e3779b97f4a7c15;
+    x = (x ^ x >> 32) * 0xd6e8feb86659fd93;
+    hash += x ^ x >> 32;  // in any order
+  }
+  return hash;
 }
 
 void DeviationBound::Apply(const Collapse& collapse) {

@@ -53,6 +53,9 @@ class DeviationBound {
   bool Allows(const Collapse& collapse);
   // The same for a collapse that is known to.
   void Accept(const Collapse& collapse);
+  // After Allows(): says which input vertices lie by which faces in the star; the same for the
+  // same.
+  uint64_t StateHash() const;
   // Takes note that the collapse last allowed is done.
   void Apply(const Collapse& collapse);
   // Input vertices that lie by a face.
@@ -69,11 +72,18 @@ class DeviationBound {
 
  private:
   static constexpr int32_t kNone = -1, kInPlace = -1, kBranches = -2;
+  static constexpr uint64_t kAll = ~uint64_t{0};
 
-  // A point of an input edge, and which candidates are within tolerance of it.
+  // A point of an input edge, and which candidates are within tolerance of it, of those that it was
+  // compared with.
   struct Point {
     Eigen::Vector3d x;
-    uint64_t near;
+    uint64_t near, known = 0;
+  };
+
+  struct Ball {
+    Eigen::Vector3d center;
+    double radius;
   };
 
   void LinkNeighbors(const std::vector<Eigen::Vector3i>& faces);
@@ -89,13 +99,22 @@ class DeviationBound {
   bool IsChainNear(int32_t from, int32_t to) const;
   bool IsWayOutCovered(const Collapse& collapse, size_t star_vertex, int32_t w,
                        double squared_tolerance);
-  bool IsWayToFacesAtCovered(const Collapse& collapse, size_t star_vertex, int32_t w,
-                             size_t num_first, double squared_tolerance);
-  void AddCandidate(const Collapse& collapse, int32_t face);
-  void AddFacesAt(const Collapse& collapse, int32_t v);
+  bool IsWayInsideCovered(const Collapse& collapse, size_t i, size_t j, double squared_tolerance);
+  bool IsWayCoveredAround(const Collapse& collapse, const Point& s, const Point& t,
+                          double squared_tolerance);
+  uint64_t NewFaces(const Collapse& collapse) const;
+  bool IsOneStepCovered(const Point& s, uint64_t faces_at_t, double squared_tolerance,
+                        Point* t) const;
+  void AddCandidate(const Triangle3& triangle);
+  uint64_t OuterCandidate(const Collapse& collapse, int32_t face);
+  void ForgetCandidates(size_t num_left);
+  uint64_t CandidatesAlong(const Eigen::Vector3d& s, const Eigen::Vector3d& t, uint64_t candidates,
+                           double squared_tolerance) const;
+  uint64_t FacesAt(const Collapse& collapse, int32_t v);
   void AddFacesAround(const Collapse& collapse);
   uint64_t NearFaces(const Eigen::Vector3d& x, uint64_t candidates, double squared_tolerance) const;
-  bool IsCovered(Point s, const Point& t, uint64_t candidates, double squared_tolerance) const;
+  bool IsNearOneOf(uint64_t candidates, double squared_tolerance, Point* t) const;
+  bool IsCovered(Point s, Point t, uint64_t candidates, double squared_tolerance) const;
   bool AreNewFacesNear(const Collapse& collapse) const;
   bool IsNearInput(const Collapse& collapse, const Collapse::NewFace& face,
                    const Eigen::Vector3d& x) const;
@@ -119,10 +138,14 @@ class DeviationBound {
   // Of the collapse that is looked at.
   std::vector<PreparedTriangle>
       candidates_;                      // faces that edges may lie by; the new ones come first
+  std::vector<Ball> balls_;             // around candidates_
   std::vector<int32_t> star_vertices_;  // input vertices whose faces change
   std::vector<int32_t> old_faces_;      // as star_vertices_
   std::vector<uint64_t> near_faces_;    // as star_vertices_: new faces within tolerance, a bit each
   std::vector<int32_t> place_in_star_;  // #V: in star_vertices_, or kNone
+  std::vector<int32_t> outer_faces_;    // of candidates_ behind the new faces
+  std::vector<int8_t> place_in_candidates_;  // #F: of outer_faces_, else kNone
+  bool has_faces_around_ = false;            // in outer_faces_
   int32_t nearest_ = kNone;
 };
 

@@ -10,6 +10,7 @@ namespace lsmvs::internal {
 namespace {
 
 constexpr size_t kStepsPerReport = 65536;
+constexpr int32_t kVerticesPerBlock = 16384;
 
 Eigen::Vector3d NormalTimesTwiceArea(const Triangle3& t) { return (t.b - t.a).cross(t.c - t.a); }
 
@@ -72,52 +73,71 @@ int EdgeCollapser::CountShared(int32_t a, int32_t b) const {
 }
 
 void EdgeCollapser::Run(size_t min_faces, const RunContext& context) {
-  queue_.clear();
-  for (int32_t v = 0; v < static_cast<int32_t>(stars_.num_vertices()); ++v) PushEdges(v, true);
-  std::make_heap(queue_.begin(), queue_.end());
+  // Where the order does not decide what is left, by blocks: their data stay in the cache.
+  const auto num_vertices = static_cast<int32_t>(stars_.num_vertices());
+  block_size_ = bound_ != nullptr && min_faces == 0 ? kVerticesPerBlock : std::max(num_vertices, 1);
   const size_t begin = stars_.num_faces();
-  for (size_t steps = 1; stars_.num_faces() > min_faces && !queue_.empty(); ++steps) {
-    if (steps % kStepsPerReport == 0) {
-      context.ThrowIfCancelled();
-      context.Report(static_cast<double>(begin - stars_.num_faces()) /
-                     static_cast<double>(begin - min_faces));
+  later_.clear();
+  for (block_ = 0; block_ * block_size_ < num_vertices; ++block_) {
+    const int32_t first = block_ * block_size_;
+    queue_.clear();
+    for (int32_t v = first; v < std::min(first + block_size_, num_vertices); ++v) {
+      PushEdges(v, EdgesTo::kLower);
     }
+    CollapseQueue(min_faces, [&] {
+      context.Report(min_faces == 0 ? static_cast<double>(first) / num_vertices
+                                    : static_cast<double>(begin - stars_.num_faces()) /
+                                          static_cast<double>(begin - min_faces));
+      context.ThrowIfCancelled();
+    });
+  }
+  queue_.swap(later_);
+  block_ = kAllBlocks;
+  CollapseQueue(min_faces, [&] { context.ThrowIfCancelled(); });
+}
+
+template <class Poll>
+void EdgeCollapser::CollapseQueue(size_t min_faces, const Poll& poll) {
+  std::make_heap(queue_.begin(), queue_.end());
+  for (size_t steps = 0; stars_.num_faces() > min_faces && !queue_.empty(); ++steps) {
+    if (steps % kStepsPerReport == 0) poll();
     std::pop_heap(queue_.begin(), queue_.end());
     const Edge edge = queue_.back();
     queue_.pop_back();
     if (IsCurrent(edge) && TryCollapse(edge.a, edge.b)) {
-      PushEdges(collapse_.keep, false);
+      PushEdges(collapse_.keep, EdgesTo::kAll);
     }
   }
 }
 
 void EdgeCollapser::Repeat(const std::vector<CollapseStep>& steps, const RunContext& context) {
   std::vector<uint8_t> differs = is_locked_;
-  for (const CollapseStep& step : steps) {
-    context.ThrowIfCancelled();
-    const bool as_before =
-        !differs[static_cast<size_t>(step.keep)] && !differs[static_cast<size_t>(step.drop)];
-    if (as_before) {
+  std::vector<int32_t> around;
+  for (size_t i = 0; i < steps.size(); ++i) {
+    if (i % kStepsPerReport == 0) context.ThrowIfCancelled();
+    const CollapseStep& step = steps[i];
+    const auto keep = static_cast<size_t>(step.keep), drop = static_cast<size_t>(step.drop);
+    if (!differs[keep] && !differs[drop]) {
       Prepare({step.place, step.keep, 0}, step.drop);
       bound_->Accept(collapse_);
       Apply();
       continue;
     }
-    MarkAround(step.keep, &differs);
-    MarkAround(step.drop, &differs);
-    if (is_locked_[static_cast<size_t>(step.keep)] || is_locked_[static_cast<size_t>(step.drop)]) {
-      continue;
-    }
-    TryCollapse(step.keep, step.drop);
+    around.clear();
+    FindAround(step.keep, &around);
+    FindAround(step.drop, &around);
+    const bool is_free = !is_locked_[keep] && !is_locked_[drop];
+    if (is_free && TryCollapse(step.keep, step.drop) && steps_.back() == step) continue;
+    for (const int32_t v : around) differs[static_cast<size_t>(v)] = 1;
   }
 }
 
-// Marks the vertices up to two edges away.
-void EdgeCollapser::MarkAround(int32_t v, std::vector<uint8_t>* marks) const {
+// Adds the vertices up to two edges away, each once or more often.
+void EdgeCollapser::FindAround(int32_t v, std::vector<int32_t>* around) const {
   stars_.ForFaces(v, [&](int32_t f, int) {
     for (const int w : stars_.face(f)) {
       stars_.ForFaces(w, [&](int32_t g, int) {
-        for (const int x : stars_.face(g)) (*marks)[static_cast<size_t>(x)] = 1;
+        for (const int x : stars_.face(g)) around->push_back(x);
       });
     }
   });
@@ -127,19 +147,25 @@ bool EdgeCollapser::IsCurrent(const Edge& edge) const {
   return stamps_[static_cast<size_t>(edge.a)] + stamps_[static_cast<size_t>(edge.b)] == edge.stamps;
 }
 
-void EdgeCollapser::PushEdges(int32_t v, bool only_higher) {
+// Puts the edges at a vertex into the queue of their block: that of the end that comes later. Those
+// of a block that is done wait for the end, those of one to come are found when it is their turn.
+void EdgeCollapser::PushEdges(int32_t v, EdgesTo to) {
   if (!is_locked_.empty() && is_locked_[static_cast<size_t>(v)]) return;
   const uint32_t mark = ++mark_;
   stars_.ForFaces(v, [&](int32_t f, int k) {
     for (int step = 1; step < 3; ++step) {
       const int32_t w = stars_.face(f)[(k + step) % 3];
-      if (marks_[static_cast<size_t>(w)] == mark || (only_higher && w < v)) continue;
+      if (marks_[static_cast<size_t>(w)] == mark || (to == EdgesTo::kLower && w > v)) continue;
       marks_[static_cast<size_t>(w)] = mark;
       if (!is_locked_.empty() && is_locked_[static_cast<size_t>(w)]) continue;
       const int32_t a = std::min(v, w), b = std::max(v, w);
-      queue_.push_back({static_cast<float>(PlacementOf(a, b).cost),
-                        stamps_[static_cast<size_t>(a)] + stamps_[static_cast<size_t>(b)], a, b});
-      if (!only_higher) std::push_heap(queue_.begin(), queue_.end());
+      const int32_t block = block_ == kAllBlocks ? kAllBlocks : b / block_size_;
+      if (block > block_) continue;
+      const Edge edge = {static_cast<float>(PlacementOf(a, b).cost),
+                         stamps_[static_cast<size_t>(a)] + stamps_[static_cast<size_t>(b)], a, b};
+      std::vector<Edge>& queue = block == block_ ? queue_ : later_;
+      queue.push_back(edge);
+      if (to == EdgesTo::kAll && block == block_) std::push_heap(queue_.begin(), queue_.end());
     }
   });
 }
@@ -172,7 +198,7 @@ Eigen::Vector3d EdgeCollapser::BestPlace(const Quadric& sum, int32_t a, int32_t 
   // A little of "stay in the middle" makes flat regions well-posed and even.
   const double weight = 1e-7 * sum.a.trace() + 1e-300;
   const Eigen::Matrix3d system = sum.a + weight * Eigen::Matrix3d::Identity();
-  Eigen::Vector3d best = system.ldlt().solve(weight * middle - sum.b);
+  Eigen::Vector3d best = system.llt().solve(weight * middle - sum.b);
   if (!best.allFinite() || (best - middle).squaredNorm() > 4 * (xb - xa).squaredNorm()) {
     best = middle;
   }
@@ -273,7 +299,7 @@ void EdgeCollapser::Apply() {
     bound_->Apply(collapse_);
     sources_[keep] = bound_->nearest();
     finest_[keep] = std::min(finest_[keep], finest_[drop]);
-    steps_.push_back({collapse_.place, collapse_.keep, collapse_.drop});
+    steps_.push_back({collapse_.place, collapse_.keep, collapse_.drop, bound_->StateHash()});
   } else if ((At(collapse_.drop) - collapse_.place).squaredNorm() <
              (At(collapse_.keep) - collapse_.place).squaredNorm()) {
     sources_[keep] = sources_[drop];

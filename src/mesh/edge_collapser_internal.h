@@ -24,6 +24,8 @@ struct CollapseRules {
 struct CollapseStep {
   Eigen::Vector3d place;
   int32_t keep, drop;
+  uint64_t state;  // of the bound after it (DeviationBound::StateHash)
+  bool operator==(const CollapseStep&) const = default;
 };
 
 // Collapses edges in the order of their quadric error (Garland and Heckbert, "Surface
@@ -39,7 +41,9 @@ class EdgeCollapser {
 
   // Vertices that no collapse touches.
   void Lock(const std::vector<uint8_t>& vertices);
-  // Collapses until `min_faces` are left or nothing more can be.
+  // Collapses until `min_faces` are left or nothing more can be. Without such a limit, with a
+  // bound, in blocks of vertices that follow each other, and then what is left of edges between
+  // blocks: vertices that are near each other should come one after the other.
   void Run(size_t min_faces, const RunContext& context);
 
   // Does the steps that another collapser did on the same mesh, but none with a locked vertex.
@@ -73,11 +77,14 @@ class EdgeCollapser {
   void AddFace(int32_t f);
   void HoldBorders(int32_t v);
   void HoldBorder(int32_t f, int32_t v, int32_t w);
-  void MarkAround(int32_t v, std::vector<uint8_t>* marks) const;
+  void FindAround(int32_t v, std::vector<int32_t>* around) const;
   bool IsCurrent(const Edge& edge) const;
   Placement PlacementOf(int32_t a, int32_t b) const;
   Eigen::Vector3d BestPlace(const Quadric& sum, int32_t a, int32_t b) const;
-  void PushEdges(int32_t v, bool only_higher);
+  enum class EdgesTo { kAll, kLower };
+  void PushEdges(int32_t v, EdgesTo to);
+  template <class Poll>
+  void CollapseQueue(size_t min_faces, const Poll& poll);
   int CountNeighbors(int32_t v, uint32_t mark, int* num_marked);
   int CountShared(int32_t a, int32_t b) const;
   bool KeepsTopology(int32_t a, int32_t b);
@@ -98,7 +105,9 @@ class EdgeCollapser {
   std::vector<uint8_t> is_locked_;  // #V or empty
   std::vector<uint32_t> marks_;     // #V
   uint32_t mark_ = 0;
-  std::vector<Edge> queue_;  // a heap
+  static constexpr int32_t kAllBlocks = std::numeric_limits<int32_t>::max();
+  int32_t block_size_ = 1, block_ = kAllBlocks;  // vertices; the one in work
+  std::vector<Edge> queue_, later_;              // a heap; edges of blocks that are done
   std::vector<CollapseStep> steps_;
   Collapse collapse_;  // scratch
 };

@@ -288,13 +288,18 @@ void PlyReader::Read(const std::map<std::string, Visitor>& visitors) {
 
 namespace {
 
+// Position of a property that is no list, or -1.
+int FindScalar(const PlyElement& element, const std::string& name) {
+  const int position = element.Find(name);
+  return position >= 0 && !element.properties[position].is_list ? position : -1;
+}
+
 // Positions of three properties, or of none.
 struct Triple {
   std::array<int, 3> position = {-1, -1, -1};
   Triple(const PlyElement& element, const std::array<const char*, 3>& names) {
     for (size_t k = 0; k < 3; ++k) {
-      position[k] = element.Find(names[k]);
-      if (position[k] >= 0 && element.properties[position[k]].is_list) position[k] = -1;
+      position[k] = FindScalar(element, names[k]);
     }
   }
   explicit operator bool() const {
@@ -341,6 +346,7 @@ TriangleMesh ReadMeshPly(const std::filesystem::path& path, const Eigen::Vector3
   const Triple position(*vertex, {"x", "y", "z"}), normal(*vertex, {"nx", "ny", "nz"});
   const Triple color(*vertex, {"red", "green", "blue"});
   if (!position) throw InputError(path.string(), "has no x, y, z", kRemedy);
+  const int quality = FindScalar(*vertex, "quality");
 
   TriangleMesh mesh;
   std::map<std::string, PlyReader::Visitor> visitors;
@@ -352,6 +358,8 @@ TriangleMesh ReadMeshPly(const std::filesystem::path& path, const Eigen::Vector3
     mesh.vertices.push_back(x - world_offset);
     if (normal) mesh.vertex_normals.push_back(normal.Of(row).cast<float>());
     if (color) mesh.vertex_colors.push_back(PlyColor(color.Of(row)));
+    if (quality >= 0)
+      mesh.vertex_quality.push_back(static_cast<float>(row.values[row.first[quality]]));
   };
   if (const PlyElement* face = reader.FindElement("face"); face != nullptr) {
     int property = face->Find("vertex_indices");
@@ -374,6 +382,8 @@ void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh,
   const bool has_normals = !mesh.vertex_normals.empty(), has_colors = !mesh.vertex_colors.empty();
   if (has_normals) LSMVS_CHECK_EQ(mesh.vertex_normals.size(), mesh.vertices.size());
   if (has_colors) LSMVS_CHECK_EQ(mesh.vertex_colors.size(), mesh.vertices.size());
+  const bool has_quality = !mesh.vertex_quality.empty();
+  if (has_quality) LSMVS_CHECK_EQ(mesh.vertex_quality.size(), mesh.vertices.size());
 
   AtomicFile file(path);
   std::string header = "ply\nformat binary_little_endian 1.0\n";
@@ -383,6 +393,7 @@ void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh,
   }
   if (has_normals) header += "property float nx\nproperty float ny\nproperty float nz\n";
   if (has_colors) header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  if (has_quality) header += "property float quality\n";
   header += fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n",
                         mesh.faces.size());
   file.Write(header);
@@ -396,6 +407,7 @@ void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh,
     }
     if (has_normals) file.Write(mesh.vertex_normals[v].data(), 3 * sizeof(float));
     if (has_colors) file.Write(mesh.vertex_colors[v].data(), 3);
+    if (has_quality) file.WriteValue(mesh.vertex_quality[v]);
   }
   for (const Eigen::Vector3i& face : mesh.faces) {
     file.WriteValue(uint8_t{3});

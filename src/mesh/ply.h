@@ -70,17 +70,19 @@ class PlyReader {
 // What to do with vertices whose coordinates are NaN or infinite.
 enum class NotFinite { kRefuse, kKeep };
 
-// Reads a triangle mesh; polygons become fans, vertex colours and normals are taken if there. A
+// Reads a triangle mesh; polygons become fans; colours, normals and quality of vertices are taken
+// if there. A
 // file without faces gives a mesh without faces. `world_offset` is subtracted from every vertex.
 // Throws InputError (also for indices out of range and, with kRefuse, for NaN coordinates).
 TriangleMesh ReadMeshPly(const std::filesystem::path& path,
                          const Eigen::Vector3d& world_offset = Eigen::Vector3d::Zero(),
                          NotFinite not_finite = NotFinite::kRefuse);
 
-// Writes binary little-endian PLY: float x y z [nx ny nz] [uchar red green blue], `list uchar int
-// vertex_indices` (the name that OpenMVS insists on; COLMAP takes any, and MeshLab, CloudCompare,
-// Open3D, Blender and trimesh know it too). With a `world_offset` other than zero it is added and
-// coordinates are written as double. Atomic.
+// Writes binary little-endian PLY: float x y z [nx ny nz] [uchar red green blue] [float
+// quality] (as MeshLab and CloudCompare show it), `list uchar int vertex_indices` (the name that
+// OpenMVS insists on; COLMAP takes any, and MeshLab, CloudCompare, Open3D, Blender and trimesh know
+// it too). With a `world_offset` other than zero it is added and coordinates are written as double.
+// Atomic.
 void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh,
                   const Eigen::Vector3d& world_offset = Eigen::Vector3d::Zero());
 

@@ -76,6 +76,7 @@ std::vector<int> SplitNonManifoldVertices(TriangleMesh* mesh) {
       CopyElement(&mesh->vertices, vertex);
       CopyElement(&mesh->vertex_colors, vertex);
       CopyElement(&mesh->vertex_normals, vertex);
+      CopyElement(&mesh->vertex_quality, vertex);
     }
     vertex = copy;
   }

@@ -161,6 +161,7 @@ class BoundedSimplifier {
   void TakeAttributes(const VertexStars& input, SimplifiedMesh* result) const {
     TriangleMesh& output = result->mesh;
     output.vertex_colors = CarryToSimplified(*result, mesh_.vertex_colors);
+    output.vertex_quality = CarryToSimplified(*result, mesh_.vertex_quality);
     if (options_.interpolate_colors && !mesh_.vertex_colors.empty()) {
       InterpolateColors(input, result);
     }

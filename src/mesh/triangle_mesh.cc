@@ -44,6 +44,7 @@ std::vector<int> RemoveUnusedVertices(TriangleMesh* mesh) {
     keep(&mesh->vertices, v);
     keep(&mesh->vertex_colors, v);
     keep(&mesh->vertex_normals, v);
+    keep(&mesh->vertex_quality, v);
     new_index[v] = count++;
   }
   const auto cut = [&](auto* attribute) {
@@ -52,6 +53,7 @@ std::vector<int> RemoveUnusedVertices(TriangleMesh* mesh) {
   cut(&mesh->vertices);
   cut(&mesh->vertex_colors);
   cut(&mesh->vertex_normals);
+  cut(&mesh->vertex_quality);
   for (Eigen::Vector3i& face : mesh->faces) {
     for (int& v : face) v = new_index[v];
   }

@@ -13,6 +13,7 @@ struct TriangleMesh {
   std::vector<Eigen::Vector3i> faces;     // #F, indices into vertices
   std::vector<Eigen::Matrix<uint8_t, 3, 1>> vertex_colors;  // #V or empty
   std::vector<Eigen::Vector3f> vertex_normals;              // #V or empty; unit length
+  std::vector<float> vertex_quality;                        // #V or empty; confidence, 0 to 1
 
   bool empty() const { return faces.empty(); }
 };

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace lsmvs {
 
 namespace {
@@ -10,7 +12,7 @@ constexpr size_t kSamplePoints = 10000;
 // Of the places of good clouds nine tenths are on the surface; of noisy ones more than half.
 constexpr double kMinShareOnSurface = 0.3;
 // Pairs of a cloud and the views that it was made from reach more than that.
-constexpr double kGoodFit = 0.9;
+constexpr double kGoodFit = 0.95;
 
 double Ratio(size_t part, size_t whole) {
   return whole == 0 ? 1.0 : static_cast<double>(part) / static_cast<double>(whole);
@@ -21,12 +23,20 @@ std::string LikelyCause(const CloudFit& fit) {
     return "the views of the points are probably in another order than the model's images, or the "
            "poses are those of another model or have another scale";
   }
+  if (fit.facing < 1 - kGoodFit) return "the normals are probably turned inside out";
   if (fit.facing < kGoodFit) {
-    return "the views of the points are probably in another order than the model's images, or the "
+    return "the views of the points are probably in another order than the model's images, or many "
            "normals are turned inside out";
   }
   return "the points lie in their images, so that their depths are probably wrong: made with poses "
          "of another model, or very noisy";
+}
+
+std::string FitText(const CloudFit& fit) {
+  return fmt::format(
+      "{:.0f} % of the points lie in the images of the views that are said to see them, {:.0f} % "
+      "of the normals face these: {}",
+      100 * fit.inside, 100 * fit.facing, LikelyCause(fit));
 }
 
 }  // namespace
@@ -53,13 +63,15 @@ CloudFit MeasureCloudFit(const Scene& scene, const VisibilityCloud& cloud) {
 
 std::string ContradictionWarning(const CloudFit& fit, size_t num_places, size_t num_on_surface) {
   const double share = Ratio(num_on_surface, num_places);
-  if (share >= kMinShareOnSurface) return "";
-  return fmt::format(
-      "only {} of {} places of the cloud ({:.1f} %) are on the surface: what the views of the "
-      "points say contradicts itself. {:.0f} % of the points lie in the images of the views that "
-      "are said to see them, {:.0f} % of the normals face these: {}",
-      num_on_surface, num_places, 100 * share, 100 * fit.inside, 100 * fit.facing,
-      LikelyCause(fit));
+  if (share < kMinShareOnSurface) {
+    return fmt::format(
+        "only {} of {} places of the cloud ({:.1f} %) are on the surface: what the views of the "
+        "points say contradicts itself. {}",
+        num_on_surface, num_places, 100 * share, FitText(fit));
+  }
+  if (std::min(fit.inside, fit.facing) >= kGoodFit) return "";
+  return "the views of the points do not fit them, so that the surface is probably wrong. " +
+         FitText(fit);
 }
 
 }  // namespace lsmvs

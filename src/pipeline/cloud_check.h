@@ -17,8 +17,9 @@ struct CloudFit {
 CloudFit MeasureCloudFit(const Scene& scene, const VisibilityCloud& cloud);
 
 // What to tell the user if hardly any of a cloud's places ended up on the surface, so that its
-// views contradict each other: figures and the likely cause. Empty if enough did. `num_places`:
-// vertices of the tetrahedralisation; `num_on_surface`: of the mesh.
+// views contradict each other, or if the points do not fit their views (where all photos look the
+// same way, the surface may be large and wrong): figures and the likely cause. Else empty.
+// `num_places`: vertices of the tetrahedralisation; `num_on_surface`: of the mesh.
 std::string ContradictionWarning(const CloudFit& fit, size_t num_places, size_t num_on_surface);
 
 }  // namespace lsmvs

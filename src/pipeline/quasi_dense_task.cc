@@ -10,7 +10,7 @@ namespace lsmvs {
 namespace {
 
 // Version of the method: a new one makes clouds of older runs stale.
-constexpr const char* kQuasiDenseVersion = "2";
+constexpr const char* kQuasiDenseVersion = "3";
 
 [[noreturn]] void ThrowWithoutCloud(const Reconstruction& reconstruction,
                                     const QuasiDenseResult& result) {

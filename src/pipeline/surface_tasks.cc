@@ -10,6 +10,7 @@
 #include "lsmvs/pipeline/reconstruction.h"
 #include "lsmvs/pipeline/task_inputs.h"
 #include "lsmvs/surface/memory_model.h"
+#include "lsmvs/surface/point_merging.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 
@@ -17,8 +18,8 @@ namespace lsmvs {
 
 namespace {
 
-constexpr const char* kSurfaceVersion = "7";
-constexpr const char* kRefinementVersion = "4";
+constexpr const char* kSurfaceVersion = "8";
+constexpr const char* kRefinementVersion = "5";
 
 // Points inside the box, which is in the world of the files.
 VisibilityCloud Crop(const VisibilityCloud& cloud, const Eigen::AlignedBox3d& box,
@@ -74,6 +75,15 @@ void WriteFilteredCloud(const Reconstruction& reconstruction,
       {run.outputs.at(kCloudFile), run.outputs.at(kCloudVisibilityFile)}, write);
 }
 
+// Of each vertex, 0 to 1: by the number of views that see it.
+std::vector<float> QualityByViews(const std::vector<uint64_t>& view_begin, double sigma) {
+  std::vector<float> quality;
+  for (size_t v = 0; v + 1 < view_begin.size(); ++v) {
+    quality.push_back(static_cast<float>(ViewConfidence(view_begin[v + 1] - view_begin[v], sigma)));
+  }
+  return quality;
+}
+
 TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud,
                      const std::filesystem::path& cloud_path, const TaskRun& run) {
   const ReconstructionOptions& options = reconstruction.options;
@@ -88,7 +98,7 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   context.memory_budget_bytes -= std::min(context.memory_budget_bytes, size.CloudBytes());
   VisibilityMesherOptions surface_options = options.surface;
   surface_options.find_free_points = run.outputs.size() > kCloudFile;
-  const VisibilityMesherResult result =
+  VisibilityMesherResult result =
       MeshVisibilityCloud(reconstruction.scene, std::move(cloud), surface_options, context);
   if (result.mesh.empty()) {
     throw InputError(cloud_path.string(), "gives no surface: " + result.message,
@@ -97,6 +107,7 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   const std::string warning =
       ContradictionWarning(fit, result.counters.num_vertices, result.mesh.vertices.size());
   if (!warning.empty()) LOG(WARNING) << cloud_path.string() << ": " << warning;
+  result.mesh.vertex_quality = QualityByViews(result.view_begin, options.surface.visibility_sigma);
   WriteMeshPly(run.outputs.at(kMeshFile), result.mesh, offset);
   reconstruction.files->WriteVisibility(result.view_begin, result.view_idxs,
                                         run.outputs.at(kMeshVisibilityFile));

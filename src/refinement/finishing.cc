@@ -11,23 +11,18 @@ namespace lsmvs {
 
 namespace {
 
-// Robust error (CorrelationOptions) of photos that have nothing in common, ZNCC about -0.2.
-constexpr double kWorstError = 0.35;
 // What speaks for a face about which the photos say nothing: as much as a match.
 constexpr double kSilentGain = 1.0;
-// Texture in this part of a face's pixels tells all that there is to tell.
-constexpr double kFullMass = 0.5;
-
-// How fast the error tells, against kWorstError: at three quarters of it a face is believed in
-// full.
+// How fast the error tells, against kUnlikePhotoError: at three quarters of it a face is believed
+// in full.
 constexpr double kSteepness = 4;
 
 // Per square pixel, between -1 and 1.
 double GainOf(double error, double mass, double pixels) {
   if (!(mass > 0) || !(pixels > 0)) return kSilentGain;
-  const double told = std::min(1.0, mass / (kFullMass * pixels));
+  const double told = std::min(1.0, mass / (kFullMassShare * pixels));
   const double gain =
-      std::clamp(kSteepness * (kWorstError - error / mass) / kWorstError, -1.0, 1.0);
+      std::clamp(kSteepness * (kUnlikePhotoError - error / mass) / kUnlikePhotoError, -1.0, 1.0);
   return told * gain + (1 - told) * kSilentGain;
 }
 

@@ -16,6 +16,8 @@
 #include "lsmvs/refinement/vertex_colors.h"
 #include "lsmvs/refinement/vertex_frames.h"
 #include "lsmvs/refinement/vertex_pixel_sizes.h"
+#include "lsmvs/refinement/vertex_quality.h"
+#include "lsmvs/scene/surface_share.h"
 #include "lsmvs/scene/view_selection.h"
 #include "lsmvs/util/memory.h"
 
@@ -37,10 +39,9 @@ constexpr double kGuardCost = 0.4, kSimplifyCost = 0.5, kColorCost = 0.15;
 constexpr double kSecondsPerPixel = 1.5e-7, kSecondsPerFace = 4e-6;  // for each evaluation
 constexpr double kSecondsPerPixelOnce = 2e-7;                        // decoding, colours
 constexpr double kLevelSum = 1.33;  // pixels of all levels, relative to the finest
-// Of a dense mesh short edges are collapsed until a face covers so many pixels.
-constexpr double kPixelsOfFace = 3.8;
-// Photos that show a part of the surface, for each view of a track.
-constexpr double kPhotosPerTrackView = 1.5;
+// Of a dense mesh short edges are collapsed until a face covers so many pixels, or until so large a
+// part is left, since what is not flat must stay.
+constexpr double kPixelsOfFace = 3.8, kPartThatStays = 0.3;
 // The guard looks for pairs that took no part among more neighbours than the refinement had.
 constexpr int kGuardNeighborFactor = 2, kMaxGuardPairs = 4;
 
@@ -227,6 +228,9 @@ class MeshRefiner {
     if (options_.max_gap_share > 0) {
       terms = EvaluatePhotoTerms(images_, views, result_.mesh, {}, pairs, {}, energy, context_);
     }
+    if (!terms.error.empty()) {
+      result_.mesh.vertex_quality = VertexQuality(result_.mesh, pairs, terms);
+    }
     const FinishingOptions finishing{
         .border_cost = 0.5 * options_.max_gap_share * MeanPhotoSize(views),
         .max_hole_edges = options_.max_hole_edges};
@@ -340,8 +344,9 @@ double AdaptationBytes(double num_input_faces, double num_faces) {
   return num_input_faces * kBefore + num_faces * kAfter;
 }
 
-// While a step at full resolution is tried.
-double StepBytes(double num_faces, double num_pixels, double largest, int num_threads) {
+// While a step at full resolution is tried, with photos of `num_pixels` held.
+double StepBytes(double num_faces, double num_pixels, double largest, double num_maps,
+                 int num_threads) {
   // Positions: of the mesh, before and after the step, of the input; directions, twice. Pixel size,
   // anchor, step, gradients and curvatures of both. Region and marks. Smoothness: rings of six and
   // three weights a neighbour.
@@ -351,12 +356,12 @@ double StepBytes(double num_faces, double num_pixels, double largest, int num_th
   // Each thread: where a face is in its list, vertices projected; the faces of its view with their
   // sums, in work and waiting to be added.
   constexpr double kFaceInThread = 4 + 40 / 2.0, kFaceOfView = 8 + 36 + 40;
-  // Photos in grey and depth maps; face maps of about half the views.
-  constexpr double kPixel = 4 + 4 + 4 / 2.0;
+  // Photos in grey; depth maps of the views that are needed at once, face maps of half of these.
+  constexpr double kPixel = 4, kMapPixel = 4 + 4 / 2.0;
   const double faces_of_view = std::min(num_faces, largest / kPixelsOfFace);
   return num_faces * (kVertex / 2 + kFace) +
          num_threads * (num_faces * kFaceInThread + faces_of_view * kFaceOfView) +
-         num_pixels * kPixel;
+         num_pixels * kPixel + num_maps * largest * kMapPixel;
 }
 
 }  // namespace
@@ -372,12 +377,14 @@ CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images
     largest = std::max(largest, size);
   }
   const auto input_faces = static_cast<double>(num_input_faces);
-  const double surface_pixels = pixels / (kPhotosPerTrackView * MeanTrackLength(scene));
+  const double surface_pixels = pixels * EstimateSurfaceShare(scene).once;
   // Faces are halved while they are larger: they end at three quarters of that, in the mean.
   const double faces_by_area =
       options.max_face_area_px > 0 ? surface_pixels / (0.75 * options.max_face_area_px) : 0;
   const double faces_left =
-      options.improve_mesh ? std::min(input_faces, surface_pixels / kPixelsOfFace) : input_faces;
+      options.improve_mesh
+          ? std::clamp(surface_pixels / kPixelsOfFace, kPartThatStays * input_faces, input_faces)
+          : input_faces;
   const double faces = std::max(faces_left, faces_by_area);
   const double evaluations = options.max_num_iterations / 2.0 + 1.0;
   CostEstimate cost;
@@ -387,9 +394,12 @@ CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images
   // Photos and maps share half of the budget.
   const double pixels_held =
       std::min(pixels, static_cast<double>(context.memory_budget_bytes) / 2 / 10);
-  cost.peak_bytes =
-      static_cast<size_t>(std::max(AdaptationBytes(input_faces, faces),
-                                   StepBytes(faces, pixels_held, largest, context.num_threads())));
+  // Views are worked on in an order that needs few maps at once.
+  constexpr int kMapsHeld = 4;
+  const double num_maps = std::min(scene.num_views(), kMapsHeld + context.num_threads());
+  cost.peak_bytes = static_cast<size_t>(
+      std::max(AdaptationBytes(input_faces, faces),
+               StepBytes(faces, pixels_held, largest, num_maps, context.num_threads())));
   return cost;
 }
 

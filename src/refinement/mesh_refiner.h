@@ -115,7 +115,9 @@ struct RefinementLevelSummary {
 };
 
 struct RefinementResult {
-  TriangleMesh mesh;  // with vertex_colors if asked for; orientation as in the input
+  // With vertex_colors if asked for, and with vertex_quality (VertexQuality) where max_gap_share is
+  // not 0; orientation as in the input.
+  TriangleMesh mesh;
   RefinementStatus status = RefinementStatus::kRefined;
   std::string message;  // one line
 

@@ -38,6 +38,11 @@ struct PhotoTerms {
   double TotalMass() const;
 };
 
+// Robust error over mass of photos that have nothing in common, ZNCC about -0.2.
+inline constexpr double kUnlikePhotoError = 0.35;
+// Mass over pixels from which on texture tells all that there is to tell.
+inline constexpr double kFullMassShare = 0.5;
+
 // Sum over the faces' pairs (i, j), over the pixels of i that show the face, of 1 - ZNCC(i, j
 // through the surface), for faces with `active[f]` != 0 (empty: all). `directions` (#V, unit
 // length) say which displacements to differentiate by; if empty, gradient and curvature are left

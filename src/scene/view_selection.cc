@@ -8,7 +8,7 @@
 #include <span>
 
 #include "lsmvs/geometry/triangulation.h"
-#include "lsmvs/scene/center_groups.h"
+#include "lsmvs/scene/same_sights.h"
 
 namespace lsmvs {
 
@@ -122,12 +122,59 @@ std::vector<Neighbor> UsableNeighbors(const ViewSelectionOptions& options,
   return neighbors;
 }
 
-void KeepBest(std::vector<Neighbor>* neighbors, int count) {
-  std::sort(neighbors->begin(), neighbors->end(), [](const Neighbor& a, const Neighbor& b) {
-    return a.score != b.score ? a.score > b.score : a.view_idx < b.view_idx;
-  });
-  if (static_cast<int>(neighbors->size()) > count) neighbors->resize(static_cast<size_t>(count));
+// Adds neighbours below those that are there, with scores below theirs.
+void Append(const std::vector<Neighbor>& found, std::vector<Neighbor>* neighbors) {
+  if (found.empty()) return;
+  const double limit = neighbors->empty() ? found.front().score : 0.5 * neighbors->back().score;
+  const double scale = std::min(1.0, limit / found.front().score);
+  for (Neighbor neighbor : found) {
+    neighbor.score *= scale;
+    neighbors->push_back(neighbor);
+  }
 }
+
+// Of some candidates the best, of which no two show the same.
+class DistinctSelector {
+ public:
+  DistinctSelector(const SameSights& sights, std::vector<Eigen::Vector3d> places)
+      : sights_(sights), places_(std::move(places)) {}
+
+  // Moves the best `count` candidates to `kept`, and to `repeats` those that show the same as a
+  // better one from a place of their own.
+  void Select(std::vector<Neighbor> candidates, int count, std::vector<Neighbor>* kept,
+              std::vector<Neighbor>* repeats) const {
+    std::sort(candidates.begin(), candidates.end(), [](const Neighbor& a, const Neighbor& b) {
+      return a.score != b.score ? a.score > b.score : a.view_idx < b.view_idx;
+    });
+    std::vector<Neighbor> found;
+    for (const Neighbor& candidate : candidates) {
+      if (static_cast<int>(found.size()) >= count) break;
+      const auto shows_the_same = [&](const Neighbor& n) { return ShowTheSame(candidate, n); };
+      const bool repeats_one = std::any_of(kept->begin(), kept->end(), shows_the_same) ||
+                               std::any_of(found.begin(), found.end(), shows_the_same);
+      if (!repeats_one) {
+        found.push_back(candidate);
+      } else if (!StandsWhereOneStands(candidate, *kept) &&
+                 !StandsWhereOneStands(candidate, found)) {
+        repeats->push_back(candidate);
+      }
+    }
+    Append(found, kept);
+  }
+
+ private:
+  bool ShowTheSame(const Neighbor& a, const Neighbor& b) const {
+    return sights_.ShowTheSame(places_, a.view_idx, b.view_idx);
+  }
+  bool StandsWhereOneStands(const Neighbor& a, const std::vector<Neighbor>& others) const {
+    return std::any_of(others.begin(), others.end(), [&](const Neighbor& n) {
+      return sights_.StandInOnePlace(a.view_idx, n.view_idx);
+    });
+  }
+
+  const SameSights& sights_;
+  const std::vector<Eigen::Vector3d> places_;  // of the surface that the view shows
+};
 
 // Finds neighbours of views that share too few points with others, by what both look at.
 class OverlapSelector {
@@ -137,7 +184,8 @@ class OverlapSelector {
       : scene_(scene), centers_(centers), options_(options), ranges_(EstimateDepthRanges(scene)) {}
 
   // Adds to the neighbours by shared points, which stay first.
-  void Complete(int view_idx, std::vector<Neighbor>* neighbors) const {
+  void Complete(int view_idx, const DistinctSelector& selector,
+                std::vector<Neighbor>* neighbors) const {
     std::vector<PairStatistics> others(scene_.views.size());
     const std::vector<SparsePoint> places = Places(view_idx);
     for (const SparsePoint& place : places) {
@@ -153,24 +201,15 @@ class OverlapSelector {
     });
     const int missing = std::min(kEnoughNeighbors, options_.max_num_neighbors) -
                         static_cast<int>(neighbors->size());
-    KeepBest(&found, std::max(0, missing));
-    Append(found, neighbors);
+    for (Neighbor& neighbor : found) {
+      neighbor.num_shared_points = 0;
+      neighbor.by_overlap = true;
+    }
+    std::vector<Neighbor> repeats;  // of no use: they share too few points with the view as well
+    selector.Select(std::move(found), missing, neighbors, &repeats);
   }
 
  private:
-  // With scores below those of the neighbours that are there.
-  static void Append(const std::vector<Neighbor>& found, std::vector<Neighbor>* neighbors) {
-    if (found.empty()) return;
-    const double limit = neighbors->empty() ? found.front().score : 0.5 * neighbors->back().score;
-    const double scale = std::min(1.0, limit / found.front().score);
-    for (Neighbor neighbor : found) {
-      neighbor.score *= scale;
-      neighbor.num_shared_points = 0;
-      neighbor.by_overlap = true;
-      neighbors->push_back(neighbor);
-    }
-  }
-
   // Where the surface that the view shows may lie, each with the views that look there.
   std::vector<SparsePoint> Places(int view_idx) const {
     std::vector<uint32_t> point_idxs = PointsInImage(scene_, view_idx);
@@ -234,13 +273,13 @@ class OverlapSelector {
 };
 
 std::vector<Neighbor> NearestViews(const Scene& scene, const std::vector<Eigen::Vector3d>& centers,
-                                   const std::vector<int>& places, int view_idx) {
+                                   const SameSights& sights, int view_idx) {
   std::vector<Neighbor> neighbors;
   const Eigen::Vector3d axis = scene.views[view_idx].cam_from_world.rotation.row(2);
   for (int other = 0; other < scene.num_views(); ++other) {
     const double distance = (centers[other] - centers[view_idx]).norm();
     const double cosine = axis.dot(scene.views[other].cam_from_world.rotation.row(2).transpose());
-    if (places[other] == places[view_idx] || !scene.views[other].has_photo) continue;
+    if (sights.StandInOnePlace(other, view_idx) || !scene.views[other].has_photo) continue;
     const double angle_deg = kDegreesPerRadian * std::acos(std::clamp(cosine, -1.0, 1.0));
     if (angle_deg > kMaxFallbackAxisAngleDeg) continue;
     const double turn = angle_deg / kHalfScoreAxisAngleDeg;
@@ -248,6 +287,93 @@ std::vector<Neighbor> NearestViews(const Scene& scene, const std::vector<Eigen::
   }
   return neighbors;
 }
+
+// Some of the places that a view sees.
+std::vector<Eigen::Vector3d> SeenPlaces(const Scene& scene, std::span<const uint32_t> point_idxs) {
+  constexpr size_t kMaxPlaces = 64;
+  const size_t stride = point_idxs.size() / kMaxPlaces + 1;
+  std::vector<Eigen::Vector3d> places;
+  for (size_t i = 0; i < point_idxs.size(); i += stride) {
+    places.push_back(scene.points[point_idxs[i]].x_in_world);
+  }
+  return places;
+}
+
+class NeighborSelector {
+ public:
+  NeighborSelector(const Scene& scene, const ViewSelectionOptions& options,
+                   const RunContext& context)
+      : scene_(scene),
+        options_(options),
+        context_(context),
+        sights_(scene, options.min_triangulation_angle_deg),
+        points_(scene),
+        any_shared_(
+            std::any_of(scene.points.begin(), scene.points.end(),
+                        [](const SparsePoint& point) { return point.view_idxs.size() > 1; })),
+        neighbors_(scene.views.size()),
+        repeats_(scene.views.size()) {
+    for (const View& view : scene.views) centers_.push_back(view.CenterInWorld());
+  }
+
+  std::vector<std::vector<Neighbor>> Select() {
+    ParallelFor(context_, neighbors_.size(), 1, [&](size_t v) {
+      Selector(v).Select(Candidates(static_cast<int>(v)), options_.max_num_neighbors,
+                         &neighbors_[v], &repeats_[v]);
+    });
+    if (any_shared_) CompleteByOverlap();
+    for (size_t v = 0; v < neighbors_.size(); ++v) CompleteByRepeats(v);
+    return std::move(neighbors_);
+  }
+
+ private:
+  DistinctSelector Selector(size_t v) const {
+    return {sights_, SeenPlaces(scene_, points_.Of(static_cast<int>(v)))};
+  }
+
+  std::vector<Neighbor> Candidates(int view_idx) const {
+    if (!any_shared_) return NearestViews(scene_, centers_, sights_, view_idx);
+    std::vector<PairStatistics> others(scene_.views.size());
+    for (const uint32_t p : points_.Of(view_idx)) {
+      AddPoint(scene_, centers_, options_.best_triangulation_angle_deg, view_idx, scene_.points[p],
+               &others);
+    }
+    return UsableNeighbors(options_, &others);
+  }
+
+  size_t NumMissing(size_t v) const {
+    const auto enough = static_cast<size_t>(std::min(kEnoughNeighbors, options_.max_num_neighbors));
+    return enough - std::min(enough, neighbors_[v].size());
+  }
+
+  void CompleteByOverlap() {
+    std::vector<size_t> lonely;
+    for (size_t v = 0; v < neighbors_.size(); ++v) {
+      if (NumMissing(v) > 0) lonely.push_back(v);
+    }
+    if (lonely.empty()) return;
+    const OverlapSelector selector(scene_, centers_, options_);
+    ParallelFor(context_, lonely.size(), 1, [&](size_t i) {
+      const size_t v = lonely[i];
+      selector.Complete(static_cast<int>(v), Selector(v), &neighbors_[v]);
+    });
+  }
+
+  void CompleteByRepeats(size_t v) {
+    std::vector<Neighbor>& repeats = repeats_[v];
+    repeats.resize(std::min(repeats.size(), NumMissing(v)));
+    Append(repeats, &neighbors_[v]);
+  }
+
+  const Scene& scene_;
+  const ViewSelectionOptions& options_;
+  const RunContext& context_;
+  const SameSights sights_;
+  const PointsByView points_;
+  const bool any_shared_;
+  std::vector<Eigen::Vector3d> centers_;
+  std::vector<std::vector<Neighbor>> neighbors_, repeats_;
+};
 
 }  // namespace
 
@@ -268,38 +394,7 @@ void ViewSelectionOptions::Describe(OptionSet* options) {
 std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,
                                                    const ViewSelectionOptions& options,
                                                    const RunContext& context) {
-  std::vector<Eigen::Vector3d> centers;
-  for (const View& view : scene.views) centers.push_back(view.CenterInWorld());
-  const std::vector<int> places = CenterGroups(scene);
-  const PointsByView points(scene);
-  const bool any_shared = std::any_of(scene.points.begin(), scene.points.end(),
-                                      [](const auto& point) { return point.view_idxs.size() > 1; });
-  std::vector<std::vector<Neighbor>> neighbors(scene.views.size());
-  ParallelFor(context, neighbors.size(), 1, [&](size_t v) {
-    const int view_idx = static_cast<int>(v);
-    if (!any_shared) {
-      neighbors[v] = NearestViews(scene, centers, places, view_idx);
-    } else {
-      std::vector<PairStatistics> others(scene.views.size());
-      for (const uint32_t p : points.Of(view_idx)) {
-        AddPoint(scene, centers, options.best_triangulation_angle_deg, view_idx, scene.points[p],
-                 &others);
-      }
-      neighbors[v] = UsableNeighbors(options, &others);
-    }
-    KeepBest(&neighbors[v], options.max_num_neighbors);
-  });
-  std::vector<int> lonely;
-  for (int v = 0; v < scene.num_views() && any_shared; ++v) {
-    const auto count = static_cast<int>(neighbors[static_cast<size_t>(v)].size());
-    if (count < std::min(kEnoughNeighbors, options.max_num_neighbors)) lonely.push_back(v);
-  }
-  if (lonely.empty()) return neighbors;
-  const OverlapSelector selector(scene, centers, options);
-  ParallelFor(context, lonely.size(), 1, [&](size_t i) {
-    selector.Complete(lonely[i], &neighbors[static_cast<size_t>(lonely[i])]);
-  });
-  return neighbors;
+  return NeighborSelector(scene, options, context).Select();
 }
 
 }  // namespace lsmvs

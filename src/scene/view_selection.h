@@ -47,10 +47,16 @@ struct Neighbor {
 // views, and that some view sees from within 60 degrees of this one, at 50 degrees at most; or,
 // where there are hardly any, a grid of pixels at the middle of the view's depth range. Without any
 // shared points (a model without tracks) the nearest views from other places (CenterGroups) whose
-// axes agree within 45 degrees are taken, those with like axes first. Views without a photo are
-// nobody's neighbours. Deterministic; ties are broken by view_idx. Time: O(sum over points of
-// views^2). Memory beyond the scene: 4 bytes an observation, and for each thread 4 bytes for every
-// pair of an observation of its view and another of the same point.
+// axes agree within 45 degrees are taken, those with like axes first.
+//
+// Photos that show the same from nearly one place (SameSights with the minimum triangulation angle:
+// a photo that is twice in the model, bursts) count as one: the better one is a neighbour. The
+// other one is left out, or comes last if it stands a little apart and the view has fewer than four
+// neighbours otherwise.
+//
+// Views without a photo are nobody's neighbours. Deterministic; ties are broken by view_idx. Time:
+// O(sum over points of views^2). Memory beyond the scene: 4 bytes an observation, and for each
+// thread 4 bytes for every pair of an observation of its view and another of the same point.
 std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,
                                                    const ViewSelectionOptions& options,
                                                    const RunContext& context);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lsmvs/scene/surface_share.h"
 #include "lsmvs/surface/memory_model.h"
 #include "lsmvs/surface/visibility_mesher.h"
 
@@ -75,16 +76,15 @@ void VisibilityMesherOptions::Describe(OptionSet* options) {
 
 size_t EstimateVisibilityMesherVertices(const Scene& scene, size_t num_points, PointSpacing spacing,
                                         const VisibilityMesherOptions& options) {
-  // Each part of the surface is in so many photos for each view of a track, and a cell of
-  // max_proj_dist squared gets a vertex when so many points fall around it; measured on clouds of 8
-  // to 24 photos.
-  constexpr double kPhotosPerTrackView = 1.5, kRegularPoints = 1.1, kRandomPoints = 2.0;
+  // A cell of max_proj_dist squared gets a vertex when so many points fall around it; measured on
+  // clouds of 8 to 24 photos.
+  constexpr double kRegularPoints = 0.95, kRandomPoints = 2.0;
   double num_pixels = 0;
   for (const View& view : scene.views) {
     num_pixels += static_cast<double>(view.camera.width) * view.camera.height;
   }
   const double side = std::max(options.max_proj_dist, 1e-3);
-  const double cells = num_pixels / (kPhotosPerTrackView * MeanTrackLength(scene) * side * side);
+  const double cells = num_pixels * EstimateSurfaceShare(scene).once / (side * side);
   if (!(cells > 0)) return num_points;
   const auto points = static_cast<double>(num_points);
   const double per_cell = spacing == PointSpacing::kRegular ? kRegularPoints : kRandomPoints;

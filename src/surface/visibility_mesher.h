@@ -163,8 +163,8 @@ enum class PointSpacing {
 };
 
 // Of the tetrahedralisation of `num_points`: one for each square of max_proj_dist pixels of the
-// surface, whose area in full-size pixels follows from the tracks of the sparse points, where there
-// are points enough.
+// surface, whose area in full-size pixels follows from the sparse points (EstimateSurfaceShare),
+// where there are points enough.
 size_t EstimateVisibilityMesherVertices(const Scene& scene, size_t num_points, PointSpacing spacing,
                                         const VisibilityMesherOptions& options);
 

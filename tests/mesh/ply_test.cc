@@ -23,6 +23,7 @@ TriangleMesh ColoredSphere() {
   for (size_t v = 0; v < mesh.vertices.size(); ++v) {
     // Numbers that a float holds exactly.
     mesh.vertices[v] = (4096 * mesh.vertices[v]).array().round() / 4096;
+    mesh.vertex_quality.push_back(static_cast<float>(v % 8) / 8);
     mesh.vertex_colors.emplace_back(static_cast<uint8_t>(random.Below(256)),
                                     static_cast<uint8_t>(random.Below(256)), 7);
   }
@@ -73,6 +74,7 @@ TEST_F(PlyTest, RoundTrip) {
   EXPECT_EQ(back.vertices, mesh.vertices);
   EXPECT_EQ(back.faces, mesh.faces);
   EXPECT_EQ(back.vertex_colors, mesh.vertex_colors);
+  EXPECT_EQ(back.vertex_quality, mesh.vertex_quality);
   EXPECT_EQ(back.vertex_normals, mesh.vertex_normals);
 }
 

@@ -20,6 +20,7 @@ TriangleMesh TwoTetrahedra(bool common_edge) {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
   for (int v = 0; v < 7; ++v) mesh.vertex_colors.emplace_back(1, 2, 3);
+  mesh.vertex_quality = {0.0f, 0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f};
   const auto add = [&](int a, int b, int c, int d) {
     mesh.faces.insert(mesh.faces.end(), {{a, c, b}, {a, b, d}, {b, c, d}, {c, a, d}});
   };
@@ -39,6 +40,8 @@ TEST(SplitNonManifoldVertices, ACommonVertexIsCopied) {
   ASSERT_EQ(mesh.vertices.size(), 8u);
   EXPECT_EQ(mesh.vertices[7], mesh.vertices[0]);
   EXPECT_EQ(mesh.vertex_colors.size(), 8u);
+  ASSERT_EQ(mesh.vertex_quality.size(), 8u);
+  EXPECT_EQ(mesh.vertex_quality[7], mesh.vertex_quality[0]);
   EXPECT_TRUE(Inspect(mesh).IsManifold());
   EXPECT_TRUE(Inspect(mesh).IsClosed());
 }

@@ -327,7 +327,9 @@ TEST(SimplifyWithinTolerance, ColoursAreThoseOfTheInputAtThePlace) {
                                       static_cast<uint8_t>(std::lround(250 * x.y())), 7);
   }
   square.vertex_normals = ComputeVertexNormals(square);
+  square.vertex_quality.assign(square.vertices.size(), 0.25f);
   const SimplifiedMesh result = Simplify(square, 0.005);
+  EXPECT_EQ(result.mesh.vertex_quality, std::vector<float>(result.mesh.vertices.size(), 0.25f));
   ASSERT_EQ(result.mesh.vertex_colors.size(), result.mesh.vertices.size());
   ASSERT_EQ(result.mesh.vertex_normals.size(), result.mesh.vertices.size());
   for (size_t v = 0; v < result.mesh.vertices.size(); ++v) {

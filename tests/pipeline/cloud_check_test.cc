@@ -70,6 +70,22 @@ TEST(CloudCheck, NoiseIsNamed) {
   EXPECT_THAT(sphere.Warning(), HasSubstr("on the surface"));
 }
 
+// The surface has nearly all places, since the views see it as before.
+TEST(CloudCheck, NormalsInsideOutAreNamed) {
+  SeenSphere sphere;
+  for (Eigen::Vector3f& normal : sphere.cloud.normals) normal = -normal;
+  EXPECT_THAT(sphere.Warning(), HasSubstr("inside out"));
+}
+
+TEST(CloudCheck, AFitThatIsBadIsNamedHoweverLargeTheSurface) {
+  EXPECT_EQ(ContradictionWarning({0.95, 0.95}, 1000, 900), "");
+  const std::string warning = ContradictionWarning({0.79, 0.97}, 1000, 900);
+  for (const char* text : {"79 %", "97 %", "do not fit", "another order"}) {
+    EXPECT_THAT(warning, HasSubstr(text));
+  }
+  EXPECT_THAT(ContradictionWarning({1.0, 0.0}, 1000, 900), HasSubstr("inside out"));
+}
+
 TEST(CloudCheck, SaysTheFigures) {
   EXPECT_EQ(ContradictionWarning({1, 1}, 1000, 300), "");
   const std::string warning = ContradictionWarning({0.62, 0.4}, 1000, 12);

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "lsmvs/geometry/triangulation.h"
 #include "lsmvs/synthetic/cameras.h"
@@ -296,6 +297,83 @@ TEST(SelectNeighbors, IsInvariantToScaleRotationAndTranslation) {
       EXPECT_NEAR(found[v][i].score / expected[v][i].score, 1.0, 1e-6);
     }
   }
+}
+
+// Adds every view again, `turn_deg` further along the ring, with all the points that it sees.
+Scene WithEachViewTwice(Scene scene, double turn_deg) {
+  const int count = scene.num_views();
+  for (int v = 0; v < count; ++v) {
+    View view = scene.views[v];
+    const Rigid3 turned(Eigen::Quaterniond(Eigen::AngleAxisd(turn_deg * std::numbers::pi / 180,
+                                                             Eigen::Vector3d::UnitZ())),
+                        Eigen::Vector3d::Zero());
+    view.cam_from_world = view.cam_from_world * turned.Inverse();
+    scene.views.push_back(view);
+  }
+  for (SparsePoint& point : scene.points) {
+    const std::vector<int> views = point.view_idxs;
+    for (const int v : views) point.view_idxs.push_back(v + count);
+  }
+  return scene;
+}
+
+// Neither the photo that is twice in the model nor bursts take the places of other neighbours.
+TEST(SelectNeighbors, PhotosThatShowTheSameCountAsOne) {
+  constexpr int kNumViews = 19;
+  const Scene once = RingScene(kNumViews, 180.0);
+  for (const double turn_deg : {0.0, 0.3}) {
+    const auto expected = SelectNeighbors(once, {}, RunContext(2));
+    const auto neighbors = SelectNeighbors(WithEachViewTwice(once, turn_deg), {}, RunContext(2));
+    for (int v = 0; v < kNumViews; ++v) {
+      ASSERT_GE(expected[v].size(), 4u);
+      std::set<int> places, expected_places;
+      for (const Neighbor& n : neighbors[v]) places.insert(n.view_idx % kNumViews);
+      for (const Neighbor& n : expected[v]) expected_places.insert(n.view_idx);
+      EXPECT_EQ(places, expected_places) << "turned by " << turn_deg;
+    }
+  }
+}
+
+// Where there are few photos bursts still help, but not a photo that is there twice.
+TEST(SelectNeighbors, BurstsComeLastWhereThereAreFewOthers) {
+  const Scene once = RingScene(3, 20.0);
+  const auto twice = SelectNeighbors(WithEachViewTwice(once, 0.0), {}, RunContext(2));
+  EXPECT_EQ(twice[0].size(), 2u);
+  const auto bursts = SelectNeighbors(WithEachViewTwice(once, 0.3), {}, RunContext(2))[0];
+  ASSERT_EQ(bursts.size(), 4u);
+  EXPECT_NE(bursts[0].view_idx % 3, bursts[1].view_idx % 3);
+  EXPECT_LE(bursts[2].score, 0.5 * bursts[1].score);
+  EXPECT_LE(bursts[3].score, bursts[2].score);
+}
+
+// Crops of one panorama show different things: each is a neighbour of its own. So is a photo that
+// shows the same larger.
+TEST(SelectNeighbors, PhotosFromOnePlaceThatShowOtherThingsAreDistinct) {
+  Scene scene = RingScene(4, 30.0);
+  View zoomed = scene.views[1];
+  zoomed.camera.fx *= 2;
+  zoomed.camera.fy *= 2;
+  scene.views.push_back(zoomed);
+  scene.views.push_back(scene.views[2]);
+  for (const auto& [v, angle] : {std::pair{2, -0.4}, std::pair{5, 0.4}}) {
+    const Rigid3 turn(Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY())),
+                      Eigen::Vector3d::Zero());
+    scene.views[v].cam_from_world = turn * scene.views[v].cam_from_world;
+  }
+  for (SparsePoint& point : scene.points) {
+    const std::vector<int> before = std::exchange(point.view_idxs, {});
+    for (int v = 0; v < 6; ++v) {
+      const View& view = scene.views[v];
+      const bool unhidden = std::binary_search(before.begin(), before.end(), v < 4 ? v : v - 3);
+      if (unhidden &&
+          view.camera.Contains(view.camera.Project(view.cam_from_world * point.x_in_world))) {
+        point.view_idxs.push_back(v);
+      }
+    }
+  }
+  std::vector<int> found = ViewsOf(SelectNeighbors(scene, {}, RunContext(2))[0]);
+  std::sort(found.begin(), found.end());
+  EXPECT_EQ(found, (std::vector<int>{1, 2, 3, 4, 5}));
 }
 
 TEST(SelectNeighbors, EmptyScenesAndLonelyViews) {
