@@ -149,9 +149,17 @@ struct VisibilityMesherResult {
 // The cloud is freed as soon as its points are merged.
 //
 // Throws UsageError for options out of range; MemoryError if what merging, or then the merged
-// points, need exceeds context.memory_budget_bytes; CancelledError. Nothing to mesh is a status,
-// not an error. Memory: see MeshingSize, about 0.6 kB a vertex of the tetrahedralisation; time
-// about O(n log n), see EstimateVisibilityMesherCost.
+// points, need exceeds context.memory_budget_bytes and no ScratchMemory is on; CancelledError.
+// Nothing to mesh is a status, not an error. Memory: see MeshingSize, about 0.6 kB a vertex of the
+// tetrahedralisation; time about O(n log n), see EstimateVisibilityMesherCost.
+//
+// With a ScratchMemory the same work is done in parts, with the same bytes: vertices lie along a
+// Hilbert curve; tetrahedra are made tile by tile and stored in that order; rays go out block by
+// block; the cut solves runs of tetrahedra that fit into memory and then augments across their
+// walls. So each part is in memory while it is worked on, and is moved to the file and back a few
+// times.
+//   H.-H. Vu: Large-scale and high-quality multi-view stereo, PhD thesis, 2011, chapter 6, which
+//   divides the points by a kd-tree; runs of a Hilbert curve are such parts.
 VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, VisibilityCloud cloud,
                                            const VisibilityMesherOptions& options,
                                            const RunContext& context);
