@@ -22,7 +22,7 @@ MAY_USE = {
     "graph": set(),
     "image": {"geometry"},
     "scene": {"geometry", "image"},
-    "mesh": {"geometry", "graph"},
+    "mesh": {"geometry", "graph", "image"},
     "stereo": {"scene", "image", "geometry"},
     "surface": {"scene", "mesh", "image", "geometry", "graph"},
     "refinement": {"scene", "mesh", "image", "geometry"},
