@@ -20,8 +20,7 @@ fs::path OffsetPath(const fs::path& path) {
 
 void WriteOffset(const fs::path& path, const Eigen::Vector3d& offset) {
   if (offset.isZero(0.0)) return;
-  WriteFileAtomically(OffsetPath(path),
-                      fmt::format("{} {} {}\n", offset[0], offset[1], offset[2]));
+  WriteFileAtomically(OffsetPath(path), fmt::format("{} {} {}\n", offset[0], offset[1], offset[2]));
 }
 
 void AddOffsetFile(const fs::path& path, const TexturedMesh& textured,

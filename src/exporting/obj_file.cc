@@ -38,9 +38,8 @@ class TextWriter {
 std::string Materials(const std::vector<std::filesystem::path>& pages) {
   std::string text;
   for (size_t p = 0; p < pages.size(); ++p) {
-    text += fmt::format(
-        "newmtl page_{}\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nd 1\nillum 1\nmap_Kd {}\n", p,
-        pages[p].filename().string());
+    text += fmt::format("newmtl page_{}\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nd 1\nillum 1\nmap_Kd {}\n",
+                        p, pages[p].filename().string());
   }
   return text;
 }

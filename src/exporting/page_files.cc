@@ -84,8 +84,8 @@ std::vector<fs::path> PageTargets(const TexturedMesh& textured, const fs::path& 
     if (SameFolder(page, mesh_path) && FormatOf(page) == format) {
       targets.push_back(page);
     } else {
-      targets.push_back(mesh_path.parent_path() / fmt::format("{}_{}{}", mesh_path.stem().string(),
-                                                              p, Extension(format)));
+      targets.push_back(mesh_path.parent_path() /
+                        fmt::format("{}_{}{}", mesh_path.stem().string(), p, Extension(format)));
     }
   }
   return targets;
@@ -100,8 +100,8 @@ void WritePages(const TexturedMesh& textured, const std::vector<fs::path>& targe
     if (!encoded.file.empty()) {
       CopyFileAtomically(encoded.file, targets[p]);
     } else {
-      WriteFileAtomically(targets[p], {reinterpret_cast<const char*>(encoded.bytes.data()),
-                                       encoded.bytes.size()});
+      WriteFileAtomically(
+          targets[p], {reinterpret_cast<const char*>(encoded.bytes.data()), encoded.bytes.size()});
     }
   }
 }

@@ -53,8 +53,7 @@ class PartBuilder {
 std::vector<PagePart> SplitByPage(const TexturedMesh& textured) {
   std::vector<std::vector<int>> faces_of_page(std::max<size_t>(1, textured.pages.size()));
   for (size_t f = 0; f < textured.mesh.faces.size(); ++f) {
-    faces_of_page[textured.has_texture() ? textured.page_idx[f] : 0].push_back(
-        static_cast<int>(f));
+    faces_of_page[textured.has_texture() ? textured.page_idx[f] : 0].push_back(static_cast<int>(f));
   }
   PartBuilder builder(textured);
   std::vector<PagePart> parts;

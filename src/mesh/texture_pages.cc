@@ -71,5 +71,4 @@ Eigen::Vector3f SampleColor(const ColorImage& image, const Eigen::Vector2f& x_px
          b * ((1 - a) * at(left, bottom) + a * at(right, bottom));
 }
 
-
 }  // namespace lsmvs

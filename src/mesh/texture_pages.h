@@ -50,6 +50,4 @@ class TexturePages {
 // the image's edge as viewers do.
 Eigen::Vector3f SampleColor(const ColorImage& image, const Eigen::Vector2f& x_px);
 
-
-
 }  // namespace lsmvs

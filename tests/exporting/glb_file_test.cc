@@ -78,21 +78,24 @@ TEST(GlbFile, HoldsEveryFaceWithItsTexture) {
     const auto uv = glb.Read<Eigen::Vector2f>(glb.Attribute(p, "TEXCOORD_0"));
     const auto indices = glb.Read<uint16_t>(glb.Primitive(p)["indices"].get<size_t>());
     const size_t material = glb.Primitive(p)["material"].get<size_t>();
-    EXPECT_EQ(glb.json["materials"][material]["pbrMetallicRoughness"]["baseColorTexture"]["index"], p);
+    EXPECT_EQ(glb.json["materials"][material]["pbrMetallicRoughness"]["baseColorTexture"]["index"],
+              p);
     EXPECT_TRUE(glb.json["materials"][material]["extensions"].contains("KHR_materials_unlit"));
     for (size_t i = 0; i < indices.size(); i += 3, ++face) {
       for (size_t c = 0; c < 3; ++c) {
         const int v = textured.mesh.faces[face][static_cast<int>(c)];
         EXPECT_EQ(x[indices[i + c]], textured.mesh.vertices[v].cast<float>());
-        EXPECT_EQ(uv[indices[i + c]],
-                  Eigen::Vector2f(textured.NormalizedTexcoord(face, static_cast<int>(c)).cast<float>()));
+        EXPECT_EQ(
+            uv[indices[i + c]],
+            Eigen::Vector2f(textured.NormalizedTexcoord(face, static_cast<int>(c)).cast<float>()));
       }
     }
     // The page's file lies in the binary chunk as it is.
     const Json& view = glb.json["bufferViews"][glb.json["images"][p]["bufferView"].get<size_t>()];
     std::ifstream file(textured.pages[p], std::ios::binary);
     const std::string page{std::istreambuf_iterator<char>(file), {}};
-    EXPECT_EQ(glb.binary.substr(view["byteOffset"].get<size_t>(), view["byteLength"].get<size_t>()), page);
+    EXPECT_EQ(glb.binary.substr(view["byteOffset"].get<size_t>(), view["byteLength"].get<size_t>()),
+              page);
   }
   EXPECT_EQ(face, textured.mesh.faces.size());
   EXPECT_FALSE(glb.json["scenes"][0].contains("extras"));
@@ -156,11 +159,13 @@ TEST(GlbFile, LargeCoordinatesKeepTheirPrecision) {
   ExportGlb(folder.path() / "m.glb", far, {}, {});
   const Glb glb(folder.path() / "m.glb");
   const Json& stored = glb.json["scenes"][0]["extras"]["offset"];
-  const Eigen::Vector3d offset(stored[0].get<double>(), stored[1].get<double>(), stored[2].get<double>());
+  const Eigen::Vector3d offset(stored[0].get<double>(), stored[1].get<double>(),
+                               stored[2].get<double>());
   const auto x = glb.Read<Eigen::Vector3f>(glb.Attribute(0, "POSITION"));
   const auto indices = glb.Read<uint16_t>(glb.Primitive(0)["indices"].get<size_t>());
   for (size_t i = 0; i < indices.size(); ++i) {
-    const Eigen::Vector3d& truth = far.mesh.vertices[far.mesh.faces[i / 3][static_cast<int>(i % 3)]];
+    const Eigen::Vector3d& truth =
+        far.mesh.vertices[far.mesh.faces[i / 3][static_cast<int>(i % 3)]];
     EXPECT_LT((x[indices[i]].cast<double>() + offset - truth).norm(), 1e-6);
   }
   std::ifstream file(folder.path() / "m.offset.txt");

@@ -1,5 +1,6 @@
-// Makes a painted mesh for the tests of readers: make_textured_mesh FOLDER EDGE_LENGTH PAGE_PX CHART_PX
-// writes FOLDER/mesh.ply with its pages and FOLDER/colored.ply, the same mesh with vertex colours.
+// Makes a painted mesh for the tests of readers: make_textured_mesh FOLDER EDGE_LENGTH PAGE_PX
+// CHART_PX writes FOLDER/mesh.ply with its pages and FOLDER/colored.ply, the same mesh with vertex
+// colours.
 #include <cstdlib>
 #include <filesystem>
 

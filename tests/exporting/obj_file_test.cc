@@ -88,7 +88,8 @@ TEST(ObjFile, HoldsMeshAndTexture) {
   }
   std::ifstream mtl(folder.path() / "a b.mtl");
   const std::string materials{std::istreambuf_iterator<char>(mtl), {}};
-  for (const char* text : {"newmtl page_0\n", "map_Kd page0.png\n", "Kd 1 1 1\n", "newmtl page_1"}) {
+  for (const char* text :
+       {"newmtl page_0\n", "map_Kd page0.png\n", "Kd 1 1 1\n", "newmtl page_1"}) {
     EXPECT_NE(materials.find(text), std::string::npos) << text;
   }
 }

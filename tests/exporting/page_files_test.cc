@@ -57,9 +57,9 @@ TEST_F(PageFilesTest, PagesElsewhereAreCopiedByteByByte) {
 }
 
 TEST_F(PageFilesTest, FormatsAreConverted) {
-  for (const auto& [format, extension] :
-       {std::pair(TextureFormat::kPng, ".png"), {TextureFormat::kJpeg, ".jpg"},
-        {TextureFormat::kWebp, ".webp"}}) {
+  for (const auto& [format, extension] : {std::pair(TextureFormat::kPng, ".png"),
+                                          {TextureFormat::kJpeg, ".jpg"},
+                                          {TextureFormat::kWebp, ".webp"}}) {
     const TextureEncoding encoding = {format, 95};
     const auto targets = PageTargets(textured_, folder_.path() / "x" / "m.ply", encoding);
     WritePages(textured_, targets, encoding);
