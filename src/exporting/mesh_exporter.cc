@@ -7,6 +7,7 @@
 #include "lsmvs/exporting/page_parts.h"
 #include "lsmvs/mesh/textured_ply.h"
 #include "lsmvs/util/atomic_file.h"
+#include "lsmvs/util/hash.h"
 
 namespace lsmvs {
 
@@ -28,12 +29,19 @@ void AddOffsetFile(const fs::path& path, const TexturedMesh& textured,
   if (!ExportOffset(textured.mesh).isZero(0.0)) files->push_back(OffsetPath(path));
 }
 
-// The targets that are not the mesh's own pages.
-std::vector<fs::path> NewPages(const TexturedMesh& textured, std::vector<fs::path> targets) {
-  std::erase_if(targets, [&](const fs::path& target) {
-    return std::find(textured.pages.begin(), textured.pages.end(), target) != textured.pages.end();
-  });
-  return targets;
+bool SameContent(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  return fs::file_size(a, error) == fs::file_size(b, error) && !error && HashFile(a) == HashFile(b);
+}
+
+// The targets that are not the mesh's own pages, nor copies of them that are there already.
+std::vector<fs::path> NewPages(const TexturedMesh& textured,
+                               const std::vector<fs::path>& targets) {
+  std::vector<fs::path> files;
+  for (size_t p = 0; p < targets.size(); ++p) {
+    if (!SameContent(targets[p], textured.pages[p])) files.push_back(targets[p]);
+  }
+  return files;
 }
 
 GlbPart MakePart(const TriangleMesh& mesh, const PagePart& part, const Eigen::Vector3d& offset) {

@@ -27,8 +27,8 @@ constexpr double kSkirtTexels = 2, kSkirtEdges = 0.25;
 constexpr int kGutterPx = 4;
 // Parents are coarser than their children for every viewer.
 constexpr double kLeastErrorRatio = 1.25;
-// Room in boxes for the rounding of positions.
-constexpr double kBoxMargin = 1e-5;
+// Room in boxes, as a share of their size: for the rounding of positions, and for that of boxes.
+constexpr double kBoxMargin = 1e-5, kNestingMargin = 1e-9;
 
 // Texels that each face takes: its share of its chart's rectangle.
 std::vector<double> TexelsOfFaces(const TexturedMesh& textured) {
@@ -50,14 +50,19 @@ std::vector<double> TexelsOfFaces(const TexturedMesh& textured) {
   return texels;
 }
 
+Eigen::AlignedBox3d Grown(const Eigen::AlignedBox3d& box, double share) {
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(share * (box.diagonal().norm() + 1e-9));
+  return {Eigen::Vector3d(box.min() - margin), Eigen::Vector3d(box.max() + margin)};
+}
+
 Json Numbers(const double* values, size_t count) {
   return Json(std::vector<double>(values, values + count));
 }
 
 Json BoxVolume(const Eigen::AlignedBox3d& box) {
   const Eigen::Vector3d center = box.center(), half = 0.5 * box.sizes();
-  const double values[12] = {center[0], center[1], center[2], half[0], 0, 0, 0, half[1], 0, 0, 0,
-                             half[2]};
+  const double values[12] = {center[0], center[1], center[2], half[0], 0, 0,
+                             0,         half[1],   0,         0,       0, half[2]};
   return {{"box", Numbers(values, 12)}};
 }
 
@@ -87,7 +92,7 @@ class TilesetWriter {
   TilesetSummary Write() {
     std::error_code ignored;
     fs::remove(folder_ / "tileset.json", ignored);
-    fs::remove_all(folder_ / "tiles", ignored);
+    RemoveTiles();
     const Tile root = WriteTile(0);
     Json tileset;
     tileset["asset"] = {{"version", "1.1"}};
@@ -124,6 +129,17 @@ class TilesetWriter {
     if (origin) transform_ = EcefFromEnu(*origin) * transform_;
   }
 
+  // Those of an earlier export; nothing else.
+  void RemoveTiles() const {
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder_ / "tiles", ignored)) {
+      const fs::path& path = entry.path();
+      if (path.extension() == ".glb" && path.filename().string().starts_with("r")) {
+        fs::remove(path, ignored);
+      }
+    }
+  }
+
   // From the world to the tileset's frame, of which transform_ leads on.
   Eigen::Vector3d ToTileset(const Eigen::Vector3d& x) const { return rotation_ * x - center_; }
 
@@ -158,14 +174,14 @@ class TilesetWriter {
       for (const int child : node.children) {
         Tile written = WriteTile(child);
         finer.push_back(std::move(written.mesh));
-        tile.box.extend(written.box);
-        geometric_error = std::max(
-            geometric_error, kLeastErrorRatio * written.json["geometricError"].get<double>());
+        tile.box.extend(Grown(written.box, kNestingMargin));
+        geometric_error = std::max(geometric_error,
+                                   kLeastErrorRatio * written.json["geometricError"].get<double>());
         children.push_back(std::move(written.json));
       }
       tile.mesh = Coarser(finer, locked);
-      geometric_error = std::max({geometric_error, tile.mesh.error,
-                                  options_.texels_of_error * tile.mesh.texel_size});
+      geometric_error = std::max(
+          {geometric_error, tile.mesh.error, options_.texels_of_error * tile.mesh.texel_size});
     }
     WriteContent(node.name, locked, &tile);
     tile.json = {{"boundingVolume", BoxVolume(tile.box)},
@@ -182,10 +198,9 @@ class TilesetWriter {
     for (const TileMesh& mesh : finer) pointers.push_back(&mesh);
     RunContext quiet = context_;
     quiet.set_progress(nullptr);
-    return MakeCoarserTile(pointers, locked,
-                           {static_cast<size_t>(options_.max_tile_faces),
-                            1e6 * options_.max_tile_megatexels},
-                           quiet);
+    return MakeCoarserTile(
+        pointers, locked,
+        {static_cast<size_t>(options_.max_tile_faces), 1e6 * options_.max_tile_megatexels}, quiet);
   }
 
   void WriteContent(const std::string& name, const std::vector<uint8_t>& locked, Tile* tile) const {
@@ -194,8 +209,7 @@ class TilesetWriter {
     shown.vertex_ids = tile->mesh.vertex_ids;
     shown.texcoords = tile->mesh.texcoords;
     shown.page = std::move(tile->mesh.page);
-    const double width =
-        (shown.has_texture() ? kSkirtTexels : kSkirtEdges) * tile->mesh.texel_size;
+    const double width = (shown.has_texture() ? kSkirtTexels : kSkirtEdges) * tile->mesh.texel_size;
     AddSkirts(locked, normals_, width, &shown);
 
     Eigen::AlignedBox3d box;
@@ -203,10 +217,7 @@ class TilesetWriter {
       x = ToTileset(x);
       box.extend(x);
     }
-    const Eigen::Vector3d margin =
-        Eigen::Vector3d::Constant(kBoxMargin * (box.diagonal().norm() + 1e-9));
-    tile->box.extend(Eigen::Vector3d(box.min() - margin));
-    tile->box.extend(Eigen::Vector3d(box.max() + margin));
+    tile->box.extend(Grown(box, kBoxMargin));
     WriteGlb(folder_ / "tiles" / (name + ".glb"), MakeModel(shown, box.center()));
     tile->mesh.page = std::move(shown.page);
   }

@@ -50,8 +50,7 @@ void FillHoles(const ByteImage& known, ColorImage* image) {
   }
   for (size_t i = 0; i < image->size(); ++i) {
     if (known.pixels[i] != 0) continue;
-    image->pixels[i] =
-        (levels[0].pixels[i].head<3>().array() + 0.5f).matrix().cast<uint8_t>();
+    image->pixels[i] = (levels[0].pixels[i].head<3>().array() + 0.5f).matrix().cast<uint8_t>();
   }
 }
 

@@ -63,8 +63,7 @@ std::vector<Block> BlocksOfCharts(const TexturedMesh& part, const TextureCharts&
   for (Block& block : blocks) {
     const Eigen::Vector2i limit = page_sizes[static_cast<size_t>(block.page)];
     const auto clamped = [&](const Eigen::Vector2f& x) {
-      return Eigen::Vector2i(
-          x.cast<int>().cwiseMax(0).cwiseMin(limit - Eigen::Vector2i(1, 1)));
+      return Eigen::Vector2i(x.cast<int>().cwiseMax(0).cwiseMin(limit - Eigen::Vector2i(1, 1)));
     };
     const Eigen::Vector2f gutter = Eigen::Vector2f::Constant(kGutterPx);
     block.corner = clamped((block.bounds.min() - gutter).array().floor().matrix());
@@ -92,9 +91,8 @@ std::vector<Eigen::Vector2i> ToFilePixels(const TexturePages& pages, TexturedMes
       const std::shared_ptr<const ColorImage> page = pages.Page(part->page_idx[f]);
       size = {page->width, page->height};
     }
-    const Eigen::Vector2f stretch =
-        size.cast<float>().cwiseQuotient(Eigen::Vector2i(part->page_width, part->page_height)
-                                             .cast<float>());
+    const Eigen::Vector2f stretch = size.cast<float>().cwiseQuotient(
+        Eigen::Vector2i(part->page_width, part->page_height).cast<float>());
     for (Eigen::Vector2f& x : part->texcoords[f]) x = x.cwiseProduct(stretch);
   }
   return sizes;
@@ -136,8 +134,8 @@ TileMesh MakeFinestTile(const TexturedMesh& textured, const TexturePages* pages,
   if (pages != nullptr) RepackTexture(*pages, &part, &tile);
   tile.mesh = std::move(part.mesh);
   if (pages != nullptr) tile.mesh.vertex_colors.clear();
-  tile.texel_size = pages != nullptr ? MeanTexelSize(tile.mesh, tile.texcoords)
-                                     : MeanEdgeLength(tile.mesh);
+  tile.texel_size =
+      pages != nullptr ? MeanTexelSize(tile.mesh, tile.texcoords) : MeanEdgeLength(tile.mesh);
   return tile;
 }
 

@@ -13,9 +13,9 @@ namespace lsmvs {
 
 namespace {
 
-constexpr double kGrowCosine = 0.6;      // of a new face's normal and the mean of the chart
+constexpr double kGrowCosine = 0.6;       // of a new face's normal and the mean of the chart
 constexpr double kFlattestCosine = 0.35;  // of any face's normal and the final direction
-constexpr int kNumTurns = 8;             // of a chart in the plane, to fill its rectangle well
+constexpr int kNumTurns = 8;              // of a chart in the plane, to fill its rectangle well
 constexpr float kReachPx = 1.5f;
 constexpr double kLargestSidePx = 2048;
 
@@ -98,7 +98,8 @@ class Unfolder {
       sum += normal;
       for (int c = 0; c < 3; ++c) {
         const int next = neighbors_[static_cast<size_t>(3 * f + c)];
-        if (next < 0 || is_taken_[static_cast<size_t>(next)] || seen_by_[static_cast<size_t>(next)] == seed) {
+        if (next < 0 || is_taken_[static_cast<size_t>(next)] ||
+            seen_by_[static_cast<size_t>(next)] == seed) {
           continue;
         }
         seen_by_[static_cast<size_t>(next)] = seed;
@@ -167,8 +168,8 @@ class Unfolder {
   static UnfoldedChart Rasterize(const std::vector<Flat>& flat, std::vector<int> faces) {
     Eigen::AlignedBox2d box = BoxOf(flat, Eigen::Matrix2d::Identity());
     UnfoldedChart chart;
-    chart.size = box.max().array().ceil().matrix().cast<int>() +
-                 Eigen::Vector2i::Constant(kChartGutterPx);
+    chart.size =
+        box.max().array().ceil().matrix().cast<int>() + Eigen::Vector2i::Constant(kChartGutterPx);
     chart.face_of_texel = Raster<int32_t>(chart.size.x(), chart.size.y(), -1);
     Raster<float> distance(chart.size.x(), chart.size.y(), kReachPx);
     for (size_t i = 0; i < faces.size(); ++i) {

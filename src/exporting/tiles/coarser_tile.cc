@@ -73,8 +73,8 @@ class FinerTexture {
     }
     for (size_t t = 0; t < tiles.size(); ++t) {
       for (size_t f = 0; f < tiles[t]->mesh.faces.size(); ++f) {
-        place_.push_back({static_cast<int>(t), static_cast<int>(f),
-                          MipLevel(*tiles[t], f, texel_size)});
+        place_.push_back(
+            {static_cast<int>(t), static_cast<int>(f), MipLevel(*tiles[t], f, texel_size)});
       }
     }
   }
@@ -84,8 +84,8 @@ class FinerTexture {
     if (!nearest) return Eigen::Vector3f::Zero();
     const Place& place = place_[static_cast<size_t>(nearest->face)];
     const TileMesh& tile = *tiles_[static_cast<size_t>(place.tile)];
-    const Eigen::Vector3d weights = BarycentricCoordinates(
-        nearest->x_in_world, TriangleOf(joined_.mesh, nearest->face));
+    const Eigen::Vector3d weights =
+        BarycentricCoordinates(nearest->x_in_world, TriangleOf(joined_.mesh, nearest->face));
     const auto& corners = tile.texcoords[static_cast<size_t>(place.face)];
     Eigen::Vector2f x_px = Eigen::Vector2f::Zero();
     for (int c = 0; c < 3; ++c) {
@@ -143,9 +143,7 @@ void BakeChart(const UnfoldedChart& chart, const Eigen::Vector2i& corner, const 
       const int32_t i = chart.face_of_texel(x, y);
       if (i < 0) continue;
       const auto& t = chart.texcoords[static_cast<size_t>(i)];
-      const auto lifted = [](const Eigen::Vector2f& p) {
-        return Eigen::Vector3d(p.x(), p.y(), 0);
-      };
+      const auto lifted = [](const Eigen::Vector2f& p) { return Eigen::Vector3d(p.x(), p.y(), 0); };
       // Beyond the face's edge the weights continue its plane.
       const Eigen::Vector3d weights =
           BarycentricCoordinates({x + 0.5, y + 0.5, 0}, {lifted(t[0]), lifted(t[1]), lifted(t[2])});
@@ -216,8 +214,8 @@ TileMesh MakeCoarserTile(const std::vector<const TileMesh*>& finer,
   for (const int id : joined.vertex_ids) {
     locked.push_back(id >= 0 && is_locked[static_cast<size_t>(id)]);
   }
-  const size_t target = std::max(
-      kLeastFaces, std::min(options.max_faces, joined.mesh.faces.size() / kFaceReduction));
+  const size_t target =
+      std::max(kLeastFaces, std::min(options.max_faces, joined.mesh.faces.size() / kFaceReduction));
   SimplifiedMesh simplified = SimplifyMeshPart(joined.mesh, locked, target, context);
 
   TileMesh tile;

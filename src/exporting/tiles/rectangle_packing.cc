@@ -18,7 +18,8 @@ void SortStably(Item* items, size_t count, Compare compare) {
 
 #define STB_RECT_PACK_IMPLEMENTATION
 #define STBRP_STATIC
-#define STBRP_SORT(items, count, size, compare) SortStably(items, static_cast<size_t>(count), compare)
+#define STBRP_SORT(items, count, size, compare) \
+  SortStably(items, static_cast<size_t>(count), compare)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
 #pragma GCC diagnostic ignored "-Wunused-function"

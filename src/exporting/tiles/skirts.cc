@@ -18,8 +18,7 @@ std::vector<FaceSide> OpenSides(const std::vector<uint8_t>& is_locked, const Til
     const int id = tile.vertex_ids[static_cast<size_t>(v)];
     return id >= 0 && is_locked[static_cast<size_t>(id)];
   };
-  const std::vector<FaceSide> sides =
-      SortedFaceSides(tile.mesh.faces, tile.mesh.vertices.size());
+  const std::vector<FaceSide> sides = SortedFaceSides(tile.mesh.faces, tile.mesh.vertices.size());
   ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
     if (end - begin == 1 && locked(begin->low) && locked(begin->high)) open.push_back(*begin);
   });
@@ -41,16 +40,15 @@ void AddSkirts(const std::vector<uint8_t>& is_locked, const std::vector<Eigen::V
     const int a = f[side.corner], b = f[(side.corner + 1) % 3];
     const Eigen::Vector3d direction = mesh.vertices[b] - mesh.vertices[a];
     for (const int v : {a, b}) {
-      outward.try_emplace(v, Eigen::Vector3d::Zero())
-          .first->second += direction.cross(normal_of(v)).stableNormalized();
+      outward.try_emplace(v, Eigen::Vector3d::Zero()).first->second +=
+          direction.cross(normal_of(v)).stableNormalized();
     }
   }
   std::map<int, int> lower;
   for (const auto& [v, direction] : outward) {
     lower[v] = static_cast<int>(mesh.vertices.size());
     mesh.vertices.emplace_back(
-        mesh.vertices[v] +
-        width * (kOutwardShare * direction.stableNormalized() - normal_of(v)));
+        mesh.vertices[v] + width * (kOutwardShare * direction.stableNormalized() - normal_of(v)));
     if (!mesh.vertex_colors.empty()) mesh.vertex_colors.push_back(mesh.vertex_colors[v]);
     tile->vertex_ids.push_back(-1);
   }

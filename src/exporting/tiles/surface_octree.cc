@@ -46,8 +46,8 @@ class OctreeBuilder {
     for (int halving = 0; halving < kMaxHalvings; ++halving) {
       for (const int f : *faces) {
         const Eigen::Vector3d& x = centroids_[static_cast<size_t>(f)];
-        const int octant = (x[0] >= (*center)[0]) + 2 * (x[1] >= (*center)[1]) +
-                           4 * (x[2] >= (*center)[2]);
+        const int octant =
+            (x[0] >= (*center)[0]) + 2 * (x[1] >= (*center)[1]) + 4 * (x[2] >= (*center)[2]);
         (*octants)[static_cast<size_t>(octant)].push_back(f);
       }
       size_t only = 0, num_used = 0;
