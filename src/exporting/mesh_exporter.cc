@@ -35,8 +35,7 @@ bool SameContent(const fs::path& a, const fs::path& b) {
 }
 
 // The targets that are not the mesh's own pages, nor copies of them that are there already.
-std::vector<fs::path> NewPages(const TexturedMesh& textured,
-                               const std::vector<fs::path>& targets) {
+std::vector<fs::path> NewPages(const TexturedMesh& textured, const std::vector<fs::path>& targets) {
   std::vector<fs::path> files;
   for (size_t p = 0; p < targets.size(); ++p) {
     if (!SameContent(targets[p], textured.pages[p])) files.push_back(targets[p]);

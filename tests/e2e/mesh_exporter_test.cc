@@ -31,11 +31,11 @@ class MeshExporterProgram : public ::testing::Test {
     WriteMeshPly(Path("colored.ply"), colored);
   }
   std::string Path(const std::string& name) const { return (folder_.path() / name).string(); }
-  ProgramResult Export(const std::string& input, const std::string& output,
-                       const std::string& type, std::vector<std::string> more = {}) const {
-    std::vector<std::string> arguments = {"mesh_exporter", "--input_path",  Path(input),
-                                          "--output_path", Path(output),    "--output_type",
-                                          type};
+  ProgramResult Export(const std::string& input, const std::string& output, const std::string& type,
+                       std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments = {
+        "mesh_exporter", "--input_path",  Path(input), "--output_path",
+        Path(output),    "--output_type", type};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return RunProgram("lsmvs", arguments);
   }
@@ -51,8 +51,8 @@ TEST_F(MeshExporterProgram, WritesEachType) {
     ExpectSuccess(Export(input + ".ply", "out/" + input + ".ply", "PLY"));
     ExpectSuccess(Export(input + ".ply", "out/" + input + ".obj", "OBJ"));
     ExpectSuccess(Export(input + ".ply", "out/" + input + ".glb", "GLB"));
-    const ProgramResult tiles = Export(input + ".ply", "tiles_" + input, "3DTILES",
-                                       {"--Tileset.max_tile_faces", "100"});
+    const ProgramResult tiles =
+        Export(input + ".ply", "tiles_" + input, "3DTILES", {"--Tileset.max_tile_faces", "100"});
     ExpectSuccess(tiles);
     EXPECT_THAT(tiles.out, testing::HasSubstr("levels"));
     EXPECT_TRUE(fs::exists(Path("tiles_" + input + "/tileset.json")));

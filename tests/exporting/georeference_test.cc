@@ -20,8 +20,10 @@ TEST(Georeference, KnownPlaces) {
 
 TEST(Georeference, EastNorthUp) {
   const Eigen::Matrix4d t = EcefFromEnu({48.2, 16.37, 171});
-  EXPECT_LT((t.topLeftCorner<3, 3>() * t.topLeftCorner<3, 3>().transpose() -
-             Eigen::Matrix3d::Identity()).norm(), 1e-12);
+  EXPECT_LT(
+      (t.topLeftCorner<3, 3>() * t.topLeftCorner<3, 3>().transpose() - Eigen::Matrix3d::Identity())
+          .norm(),
+      1e-12);
   EXPECT_NEAR((t.topLeftCorner<3, 3>().determinant()), 1, 1e-12);
   const Vector3d origin = EcefFromGeodetic({48.2, 16.37, 171});
   const double step = 1e-5;  // degrees: about a metre

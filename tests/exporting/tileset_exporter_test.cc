@@ -125,8 +125,8 @@ TEST_F(TilesetExporterTest, LeavesHoldTheMesh) {
     if (tile.contains("children")) return;
     const fs::path path = Folder("tiles") / tile["content"]["uri"].get<std::string>();
     for (const Eigen::Vector3d& x : Positions(path)) {
-      const auto at = vertex_at.find(key(transform.topLeftCorner<3, 3>() * x +
-                                         transform.topRightCorner<3, 1>()));
+      const auto at = vertex_at.find(
+          key(transform.topLeftCorner<3, 3>() * x + transform.topRightCorner<3, 1>()));
       if (at != vertex_at.end()) found[at->second] = 1;
     }
   });

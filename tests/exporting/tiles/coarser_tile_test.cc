@@ -195,8 +195,8 @@ TEST(CoarserTile, VertexColoursWithoutTexture) {
   EXPECT_FALSE(tile.has_texture());
   ASSERT_EQ(tile.mesh.vertex_colors.size(), tile.mesh.vertices.size());
   for (size_t v = 0; v < tile.mesh.vertices.size(); ++v) {
-    const Eigen::Vector3i difference = tile.mesh.vertex_colors[v].cast<int>() -
-                                       SmoothColor(tile.mesh.vertices[v]).cast<int>();
+    const Eigen::Vector3i difference =
+        tile.mesh.vertex_colors[v].cast<int>() - SmoothColor(tile.mesh.vertices[v]).cast<int>();
     EXPECT_LT(difference.cwiseAbs().maxCoeff(), 25);
   }
 }
