@@ -87,7 +87,9 @@ class AtlasMeter {
     const Eigen::Vector3i& f = textured_.mesh.faces[face];
     std::array<Eigen::Vector2f, 3> corners;
     for (int c = 0; c < 3; ++c) {
-      corners[f[c] == low ? 0 : f[c] == high ? 1 : 2] =
+      corners[f[c] == low    ? 0
+              : f[c] == high ? 1
+                             : 2] =
           textured_.texcoords[static_cast<size_t>(face)][static_cast<size_t>(c)];
     }
     return corners;
@@ -108,10 +110,9 @@ class AtlasMeter {
     Eigen::Vector2f inward(-edge.y(), edge.x());
     if (inward.dot(corners[2] - corners[0]) < 0) inward = -inward;
     const float length = inward.norm();
-    sides_.push_back({face, charts_.chart_of_face[static_cast<size_t>(face)],
-                      corners[0] + s * edge,
-                      length > 0 ? Eigen::Vector2f(inward / length)
-                                 : Eigen::Vector2f(Eigen::Vector2f::Zero())});
+    sides_.push_back(
+        {face, charts_.chart_of_face[static_cast<size_t>(face)], corners[0] + s * edge,
+         length > 0 ? Eigen::Vector2f(inward / length) : Eigen::Vector2f(Eigen::Vector2f::Zero())});
   }
 
   // Returns the number of covered texels.
@@ -121,9 +122,8 @@ class AtlasMeter {
     Raster<int32_t> chart_at(page->width, page->height, -1);
     for (size_t f = 0; f < textured_.mesh.faces.size(); ++f) {
       if (textured_.page_idx[f] != p) continue;
-      ForTexelsInside(FilePixels(f, *page), page->width, page->height, [&](int x, int y) {
-        chart_at(x, y) = charts_.chart_of_face[f];
-      });
+      ForTexelsInside(FilePixels(f, *page), page->width, page->height,
+                      [&](int x, int y) { chart_at(x, y) = charts_.chart_of_face[f]; });
     }
     const Eigen::Vector2f stretch(
         static_cast<float>(page->width) / static_cast<float>(textured_.page_width),
@@ -132,8 +132,8 @@ class AtlasMeter {
       if (textured_.page_idx[static_cast<size_t>(side.face)] != p) continue;
       LookAtSide(*page, chart_at, side.x_px.cwiseProduct(stretch), &side);
     }
-    return static_cast<double>(
-        std::count_if(chart_at.pixels.begin(), chart_at.pixels.end(), [](int c) { return c >= 0; }));
+    return static_cast<double>(std::count_if(chart_at.pixels.begin(), chart_at.pixels.end(),
+                                             [](int c) { return c >= 0; }));
   }
 
   static void LookAtSide(const ColorImage& page, const Raster<int32_t>& chart_at,
@@ -144,8 +144,7 @@ class AtlasMeter {
     side->color = SampleColor(page, at(kSeamTexels));
     for (float d = kSeamTexels; d <= kInnerEnd + 1; d += 1) {
       const Eigen::Vector2i texel = at(d).cast<int>();
-      if (!chart_at.Inside(texel.x(), texel.y()) ||
-          chart_at(texel.x(), texel.y()) != side->chart) {
+      if (!chart_at.Inside(texel.x(), texel.y()) || chart_at(texel.x(), texel.y()) != side->chart) {
         return;
       }
     }

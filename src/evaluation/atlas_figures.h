@@ -9,7 +9,7 @@ namespace lsmvs {
 // What a texture is like, without looking at photos.
 struct AtlasFigures {
   size_t num_pages = 0;
-  double num_texels = 0;   // of all pages
+  double num_texels = 0;  // of all pages
   int num_charts = 0;
   double utilisation = 0;  // share of the texels whose centre lies in a face
   size_t num_seam_samples = 0;

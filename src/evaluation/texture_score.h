@@ -30,8 +30,8 @@ struct TextureViewScore {
   size_t num_pixels = 0;    // scored
   double completeness = 0;  // share of the photo's used pixels where the mesh is seen
   std::array<double, 3> gain = {1, 1, 1}, bias = {0, 0, 0};  // photo = gain * drawing + bias
-  double psnr = 0;     // [dB], over all channels
-  double ssim = 0;     // of grey values, windows of 7 x 7
+  double psnr = 0;                                           // [dB], over all channels
+  double ssim = 0;                                           // of grey values, windows of 7 x 7
   double one_minus_ncc = 0;  // mean over the same windows, of those with texture
 };
 

@@ -6,10 +6,8 @@
 #include <unordered_map>
 
 #include "lsmvs/evaluation/mesh_tracer.h"
-#include "lsmvs/exporting/tiles/chart_unfolding.h"
-#include "lsmvs/exporting/tiles/rectangle_packing.h"
+#include "lsmvs/exporting/tiles/surface_baking.h"
 #include "lsmvs/geometry/distances.h"
-#include "lsmvs/image/hole_filling.h"
 #include "lsmvs/image/image_codec.h"
 #include "lsmvs/mesh/simplify.h"
 #include "lsmvs/mesh/texture_pages.h"
@@ -128,59 +126,20 @@ double CoarserTexelSize(const std::vector<const TileMesh*>& finer, const Triangl
     area += own_area;
     if (tile->texel_size > 0) texels += own_area / (tile->texel_size * tile->texel_size);
   }
-  double coarse_area = 0;
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    coarse_area += 0.5 * FaceNormalTimesTwiceArea(mesh, f).norm();
-  }
   const double twice = texels > 0 ? 2 * std::sqrt(area / texels) : 0;
-  return std::max({twice, std::sqrt(coarse_area / max_texels), 1e-30});
-}
-
-void BakeChart(const UnfoldedChart& chart, const Eigen::Vector2i& corner, const TriangleMesh& mesh,
-               const FinerTexture& texture, ColorImage* page, ByteImage* known) {
-  for (int y = 0; y < chart.size.y(); ++y) {
-    for (int x = 0; x < chart.size.x(); ++x) {
-      const int32_t i = chart.face_of_texel(x, y);
-      if (i < 0) continue;
-      const auto& t = chart.texcoords[static_cast<size_t>(i)];
-      const auto lifted = [](const Eigen::Vector2f& p) { return Eigen::Vector3d(p.x(), p.y(), 0); };
-      // Beyond the face's edge the weights continue its plane.
-      const Eigen::Vector3d weights =
-          BarycentricCoordinates({x + 0.5, y + 0.5, 0}, {lifted(t[0]), lifted(t[1]), lifted(t[2])});
-      const Triangle3 face = TriangleOf(mesh, chart.faces[static_cast<size_t>(i)]);
-      const Eigen::Vector3f color =
-          texture.At(weights[0] * face.a + weights[1] * face.b + weights[2] * face.c);
-      const Eigen::Vector2i texel = corner + Eigen::Vector2i(x, y);
-      (*page)(texel.x(), texel.y()) = (color.array() + 0.5f).matrix().cast<uint8_t>();
-      (*known)(texel.x(), texel.y()) = 1;
-    }
-  }
+  return std::max({twice, TexelSizeFor(mesh, max_texels), 1e-30});
 }
 
 void MakeTexture(const std::vector<const TileMesh*>& finer, const Union& joined,
                  const MeshTracer& tracer, double max_texels, const RunContext& context,
                  TileMesh* tile) {
-  const double texel_size = CoarserTexelSize(finer, tile->mesh, max_texels);
-  const std::vector<UnfoldedChart> charts = UnfoldCharts(tile->mesh, texel_size);
-  std::vector<Eigen::Vector2i> sizes;
-  for (const UnfoldedChart& chart : charts) sizes.push_back(chart.size);
-  const PackedRectangles packed = PackRectangles(sizes);
-  tile->page = ColorImage(packed.page_size.x(), packed.page_size.y());
-  ByteImage known(tile->page.width, tile->page.height, 0);
-  const FinerTexture texture(finer, joined, tracer, texel_size);
-  ParallelFor(context, charts.size(), 1, [&](size_t c) {
-    BakeChart(charts[c], packed.corners[c], tile->mesh, texture, &tile->page, &known);
-  });
-  FillHoles(known, &tile->page);
-  tile->texcoords.resize(tile->mesh.faces.size());
-  for (size_t c = 0; c < charts.size(); ++c) {
-    for (size_t i = 0; i < charts[c].faces.size(); ++i) {
-      auto& corners = tile->texcoords[static_cast<size_t>(charts[c].faces[i])];
-      corners = charts[c].texcoords[i];
-      for (Eigen::Vector2f& x : corners) x += packed.corners[c].cast<float>();
-    }
-  }
-  tile->texel_size = texel_size;
+  tile->texel_size = CoarserTexelSize(finer, tile->mesh, max_texels);
+  const FinerTexture texture(finer, joined, tracer, tile->texel_size);
+  BakedSurface baked = BakeSurface(
+      tile->mesh, tile->texel_size, [&](const Eigen::Vector3d& x) { return texture.At(x); },
+      context);
+  tile->texcoords = std::move(baked.texcoords);
+  tile->page = std::move(baked.page);
 }
 
 double LargestDistance(const MeshTracer& tracer, const std::vector<Eigen::Vector3d>& points,
