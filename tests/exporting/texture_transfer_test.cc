@@ -28,8 +28,8 @@ TEST(TextureTransfer, SimplifiedMeshShowsTheSameColours) {
     double sum = 0;
     for (size_t f = 0; f < simple.faces.size(); ++f) {
       const Eigen::Vector3i& face = simple.faces[f];
-      const Eigen::Vector3d middle = (simple.vertices[face[0]] + simple.vertices[face[1]] +
-                                      simple.vertices[face[2]]) / 3;
+      const Eigen::Vector3d middle =
+          (simple.vertices[face[0]] + simple.vertices[face[1]] + simple.vertices[face[2]]) / 3;
       const Eigen::Vector2f x =
           (texture.texcoords[f][0] + texture.texcoords[f][1] + texture.texcoords[f][2]) / 3;
       const Eigen::Vector3f truth = smooth(tracer.Closest(middle)->x_in_world).cast<float>();

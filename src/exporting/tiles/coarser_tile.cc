@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "lsmvs/evaluation/mesh_tracer.h"
+#include "lsmvs/exporting/tiles/same_side.h"
 #include "lsmvs/exporting/tiles/surface_baking.h"
 #include "lsmvs/geometry/distances.h"
 #include "lsmvs/image/image_codec.h"
@@ -16,7 +17,8 @@ namespace lsmvs {
 
 namespace {
 
-constexpr size_t kFaceReduction = 4, kLeastFaces = 64;
+constexpr size_t kReduction = 4;  // of faces and of texels
+constexpr double kReachTexels = 64;
 constexpr int kNumMipLevels = 4;
 
 // The finer tiles as one mesh; vertices that they share are one.
@@ -60,7 +62,7 @@ class FinerTexture {
  public:
   FinerTexture(const std::vector<const TileMesh*>& tiles, const Union& joined,
                const MeshTracer& tracer, double texel_size)
-      : tiles_(tiles), joined_(joined), tracer_(tracer) {
+      : tiles_(tiles), joined_(joined), tracer_(tracer), reach_(kReachTexels * texel_size) {
     for (const TileMesh* tile : tiles) {
       std::vector<ColorImage> mips;  // from half size on
       for (int level = 1; level < kNumMipLevels; ++level) {
@@ -77,8 +79,9 @@ class FinerTexture {
     }
   }
 
-  Eigen::Vector3f At(const Eigen::Vector3d& x) const {
-    const std::optional<ClosestPoint> nearest = tracer_.Closest(x);
+  Eigen::Vector3f At(const Eigen::Vector3d& x, const Eigen::Vector3d& normal) const {
+    const std::optional<ClosestPoint> nearest =
+        ClosestOnSameSide(tracer_, joined_.mesh, x, normal, reach_);
     if (!nearest) return Eigen::Vector3f::Zero();
     const Place& place = place_[static_cast<size_t>(nearest->face)];
     const TileMesh& tile = *tiles_[static_cast<size_t>(place.tile)];
@@ -111,6 +114,7 @@ class FinerTexture {
   const std::vector<const TileMesh*>& tiles_;
   const Union& joined_;
   const MeshTracer& tracer_;
+  const double reach_;
   std::vector<std::vector<ColorImage>> mips_;
   std::vector<Place> place_;
 };
@@ -126,8 +130,11 @@ double CoarserTexelSize(const std::vector<const TileMesh*>& finer, const Triangl
     area += own_area;
     if (tile->texel_size > 0) texels += own_area / (tile->texel_size * tile->texel_size);
   }
-  const double twice = texels > 0 ? 2 * std::sqrt(area / texels) : 0;
-  return std::max({twice, TexelSizeFor(mesh, max_texels), 1e-30});
+  if (texels == 0) return std::max(TexelSizeFor(mesh, max_texels), 1e-30);
+  const double finer_size = std::sqrt(area / texels), twice = std::sqrt(kReduction) * finer_size;
+  // Small tiles are not made smaller still: where one child of several is large, levels are many.
+  const double worthwhile = std::max(finer_size, TexelSizeFor(mesh, max_texels / kReduction));
+  return std::max({std::min(twice, worthwhile), TexelSizeFor(mesh, max_texels), 1e-30});
 }
 
 void MakeTexture(const std::vector<const TileMesh*>& finer, const Union& joined,
@@ -136,7 +143,10 @@ void MakeTexture(const std::vector<const TileMesh*>& finer, const Union& joined,
   tile->texel_size = CoarserTexelSize(finer, tile->mesh, max_texels);
   const FinerTexture texture(finer, joined, tracer, tile->texel_size);
   BakedSurface baked = BakeSurface(
-      tile->mesh, tile->texel_size, [&](const Eigen::Vector3d& x) { return texture.At(x); },
+      tile->mesh, tile->texel_size,
+      [&](const Eigen::Vector3d& x, const Eigen::Vector3d& normal) {
+        return texture.At(x, normal);
+      },
       context);
   tile->texcoords = std::move(baked.texcoords);
   tile->page = std::move(baked.page);
@@ -174,7 +184,8 @@ TileMesh MakeCoarserTile(const std::vector<const TileMesh*>& finer,
     locked.push_back(id >= 0 && is_locked[static_cast<size_t>(id)]);
   }
   const size_t target =
-      std::max(kLeastFaces, std::min(options.max_faces, joined.mesh.faces.size() / kFaceReduction));
+      std::clamp(joined.mesh.faces.size() / kReduction,
+                 std::max<size_t>(4, options.max_faces / kReduction), options.max_faces);
   SimplifiedMesh simplified = SimplifyMeshPart(joined.mesh, locked, target, context);
 
   TileMesh tile;

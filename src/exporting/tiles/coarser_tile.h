@@ -14,9 +14,9 @@ struct CoarserTileOptions {
 };
 
 // One tile in place of several finer ones: their union with about a quarter of their faces and of
-// their texels. `is_locked` says of each vertex of the finest mesh whether faces outside of the
-// tiles use it: those vertices and the edges between them stay, so that the tile fits its
-// neighbours, whatever their level, to the last bit.
+// their texels, but not less than a quarter of what a tile may have. `is_locked` says of each
+// vertex of the finest mesh whether faces outside of the tiles use it: those vertices and the edges
+// between them stay, so that the tile fits its neighbours, whatever their level, to the last bit.
 //
 // The texture is made anew: the simplified faces are laid flat (UnfoldCharts), and each texel gets
 // the colour of the nearest point of the finer tiles, averaged over its size there. It needs no

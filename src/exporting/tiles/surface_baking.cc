@@ -1,5 +1,6 @@
 #include "lsmvs/exporting/tiles/surface_baking.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "lsmvs/exporting/tiles/chart_unfolding.h"
@@ -10,8 +11,6 @@
 namespace lsmvs {
 
 namespace {
-
-using ColorAt = std::function<Eigen::Vector3f(const Eigen::Vector3d& x)>;
 
 Triangle3 TriangleOf(const TriangleMesh& mesh, int face) {
   const Eigen::Vector3i& f = mesh.faces[face];
@@ -31,7 +30,8 @@ void BakeChart(const UnfoldedChart& chart, const Eigen::Vector2i& corner, const 
           BarycentricCoordinates({x + 0.5, y + 0.5, 0}, {lifted(t[0]), lifted(t[1]), lifted(t[2])});
       const Triangle3 face = TriangleOf(mesh, chart.faces[static_cast<size_t>(i)]);
       const Eigen::Vector3f color =
-          color_at(weights[0] * face.a + weights[1] * face.b + weights[2] * face.c);
+          color_at(weights[0] * face.a + weights[1] * face.b + weights[2] * face.c,
+                   (face.b - face.a).cross(face.c - face.a));
       const Eigen::Vector2i texel = corner + Eigen::Vector2i(x, y);
       (*page)(texel.x(), texel.y()) = (color.array() + 0.5f).matrix().cast<uint8_t>();
       (*known)(texel.x(), texel.y()) = 1;

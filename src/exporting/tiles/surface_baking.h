@@ -17,11 +17,14 @@ struct BakedSurface {
   ColorImage page;
 };
 
-// Lays the faces flat (UnfoldCharts), packs them and asks for the colour [grey levels] of the point
-// of each texel. `color_at` is called from several threads. Throws UsageError if the page would be
+// The colour [grey levels] of a point of the mesh with the normal of its face (of any length).
+using ColorAt =
+    std::function<Eigen::Vector3f(const Eigen::Vector3d& x, const Eigen::Vector3d& normal)>;
+
+// Lays the faces flat (UnfoldCharts), packs them and asks for the colour of the point of each
+// texel. `color_at` is called from several threads. Throws UsageError if the page would be
 // wider than 16,384 pixels.
-BakedSurface BakeSurface(const TriangleMesh& mesh, double texel_size,
-                         const std::function<Eigen::Vector3f(const Eigen::Vector3d& x)>& color_at,
+BakedSurface BakeSurface(const TriangleMesh& mesh, double texel_size, const ColorAt& color_at,
                          const RunContext& context);
 
 // Width of a texel with which a mesh takes about `max_texels`.

@@ -51,7 +51,7 @@ class CoarserTileTest : public ::testing::Test {
     second_ = MakeFinestTile(textured_, pages_.get(), faces_[1]);
   }
   TileMesh Coarse(int num_threads) const {
-    return MakeCoarserTile({&first_, &second_}, is_locked_, {}, RunContext(num_threads));
+    return MakeCoarserTile({&first_, &second_}, is_locked_, {1000, 1e5}, RunContext(num_threads));
   }
 
   TemporaryFolder folder_;
@@ -147,6 +147,15 @@ TEST_F(CoarserTileTest, TextureShowsTheTrueColours) {
   EXPECT_LT(largest, 8);
 }
 
+// Nothing is thrown away that a tile has room for.
+TEST_F(CoarserTileTest, SmallTilesStayAsFineAsTheyAre) {
+  const CoarserTileOptions roomy;
+  const TileMesh tile = MakeCoarserTile({&first_, &second_}, is_locked_, roomy, RunContext(2));
+  EXPECT_EQ(tile.mesh.faces.size(), first_.mesh.faces.size() + second_.mesh.faces.size());
+  EXPECT_NEAR(tile.texel_size, first_.texel_size, 0.1 * first_.texel_size);
+  EXPECT_LT(tile.error, 1e-6);
+}
+
 TEST_F(CoarserTileTest, SameBytesForAnyNumberOfThreads) {
   const TileMesh one = Coarse(1), two = Coarse(2);
   EXPECT_EQ(one.mesh.vertices, two.mesh.vertices);
@@ -191,7 +200,7 @@ TEST(CoarserTile, VertexColoursWithoutTexture) {
   EXPECT_EQ(finest.texel_size, MeanEdgeLength(colored.mesh));
   EXPECT_LT(finest.texel_size, 0.1);
   const std::vector<uint8_t> locked(colored.mesh.vertices.size(), 0);
-  const TileMesh tile = MakeCoarserTile({&finest}, locked, {}, RunContext(1));
+  const TileMesh tile = MakeCoarserTile({&finest}, locked, {1000, 1e5}, RunContext(1));
   EXPECT_FALSE(tile.has_texture());
   ASSERT_EQ(tile.mesh.vertex_colors.size(), tile.mesh.vertices.size());
   for (size_t v = 0; v < tile.mesh.vertices.size(); ++v) {

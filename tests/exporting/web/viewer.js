@@ -107,7 +107,7 @@ window.drawTiles = async (url, errorTarget) => {
   placeCamera('zUp');
   const shown = () => [...tiles.visibleTiles].map((t) => t.content.uri.split('/').pop()).sort().join(' ');
   let same = 0, last = '';
-  for (let i = 0; i < 600 && same < 12; ++i) {
+  for (let i = 0; i < 600 && same < 40; ++i) { // what is to be loaded is found step by step
     tiles.group.updateMatrixWorld(true);
     camera.updateMatrixWorld(true);
     tiles.update();
