@@ -22,18 +22,19 @@ MAY_USE = {
     "graph": set(),
     "image": {"geometry"},
     "scene": {"geometry", "image"},
-    "mesh": {"geometry", "graph"},
+    "mesh": {"geometry", "graph", "image"},
     "stereo": {"scene", "image", "geometry"},
     "surface": {"scene", "mesh", "image", "geometry", "graph"},
     "refinement": {"scene", "mesh", "image", "geometry"},
     "partition": {"scene", "mesh", "image", "geometry"},
     "merging": {"mesh", "partition", "geometry"},
     "evaluation": {"scene", "mesh", "image", "geometry"},
+    "exporting": {"evaluation", "mesh", "image", "geometry"},
     "execution": set(),
     "pipeline": ALGORITHMS | DATA | {"execution"},
     "report": {"evaluation", "mesh", "geometry"},
     "colmap_adapter": DATA,
-    "cli": ALGORITHMS | DATA | {"execution", "pipeline", "report", "colmap_adapter"},
+    "cli": ALGORITHMS | DATA | {"execution", "exporting", "pipeline", "report", "colmap_adapter"},
 }
 
 # Third-party headers that only .cc files may include.

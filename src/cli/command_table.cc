@@ -10,7 +10,7 @@ const std::vector<CommandFactory>& CommandTable() {
       MakeStereoFusionCommand, MakeVisibilityMesherCommand,
       MakeMeshRefinerCommand,  MakeMeshSimplifier,
       MakeMeshEvaluator,       MakeMeshRenderer,
-      MakeMeshComparer,
+      MakeMeshComparer,        MakeMeshExporter,
   };
   return table;
 }

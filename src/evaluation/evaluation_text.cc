@@ -107,6 +107,36 @@ Json SilhouettesJson(const SilhouetteFigures& s) {
           {"crumb_share", s.crumb_share}, {"rim", s.rim}};
 }
 
+Json TextureJson(const TextureScore& score) {
+  Json json = {{"completeness", score.completeness},
+               {"psnr", score.psnr},
+               {"ssim", score.ssim},
+               {"one_minus_ncc", score.one_minus_ncc},
+               {"views", Json::array()}};
+  for (const TextureViewScore& view : score.views) {
+    json["views"].push_back({{"view", view.name},
+                             {"pixels", view.num_pixels},
+                             {"completeness", view.completeness},
+                             {"gain", view.gain},
+                             {"bias", view.bias},
+                             {"psnr", view.psnr},
+                             {"ssim", view.ssim},
+                             {"one_minus_ncc", view.one_minus_ncc}});
+  }
+  return json;
+}
+
+Json AtlasJson(const AtlasFigures& a) {
+  return {{"pages", a.num_pages},
+          {"texels", a.num_texels},
+          {"charts", a.num_charts},
+          {"utilisation", a.utilisation},
+          {"seam_samples", a.num_seam_samples},
+          {"seam_step", a.seam_step},
+          {"inner_step", a.inner_step},
+          {"seam_ratio", a.seam_ratio}};
+}
+
 template <class View>
 std::vector<View> ByName(std::vector<View> views) {
   std::stable_sort(views.begin(), views.end(),
@@ -186,6 +216,32 @@ std::string SilhouettesTable(const SilhouetteFigures& s) {
       s.hole_share, s.torn_share, s.rim, s.crumb_share, s.coverage);
 }
 
+std::string TextureTable(const TextureScore& score) {
+  std::string text = fmt::format(
+      "  colours on {} photos: PSNR {:.2f} dB, SSIM {:.4f}, 1 - NCC {:.4f}, completeness {:.4f}\n",
+      score.num_scored_views, score.psnr, score.ssim, score.one_minus_ncc, score.completeness);
+  text += fmt::format("  {:<24}{:>8}{:>9}{:>10}{:>14}{:>22}\n", "view", "PSNR", "SSIM", "1 - NCC",
+                      "completeness", "gain");
+  for (const TextureViewScore& view : ByName(score.views)) {
+    text += fmt::format("  {:<24.24}{:>8.2f}{:>9.4f}{:>10.4f}{:>14.4f}{:>8.3f}{:>7.3f}{:>7.3f}\n",
+                        view.name, view.psnr, view.ssim, view.one_minus_ncc, view.completeness,
+                        view.gain[0], view.gain[1], view.gain[2]);
+  }
+  return text;
+}
+
+std::string AtlasTable(const AtlasFigures& a) {
+  std::string text =
+      fmt::format("  texture: {} pages, {:.1f} million texels, utilisation {:.3f}, {} charts\n",
+                  a.num_pages, a.num_texels / 1e6, a.utilisation, a.num_charts);
+  if (a.num_seam_samples > 0) {
+    text +=
+        fmt::format("  seams: step {:.2f} grey levels, {:.2f} inside; ratio {:.3f} ({} samples)\n",
+                    a.seam_step, a.inner_step, a.seam_ratio, a.num_seam_samples);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string ToJson(const MeshFigures& figures) {
@@ -195,6 +251,8 @@ std::string ToJson(const MeshFigures& figures) {
   if (figures.depth_errors) json["depth_errors"] = DepthErrorsJson(*figures.depth_errors);
   if (figures.photometric) json["photometric"] = PhotometricJson(*figures.photometric);
   if (figures.silhouettes) json["silhouettes"] = SilhouettesJson(*figures.silhouettes);
+  if (figures.texture) json["texture"] = TextureJson(*figures.texture);
+  if (figures.atlas) json["atlas"] = AtlasJson(*figures.atlas);
   return json.dump(2) + "\n";
 }
 
@@ -205,6 +263,8 @@ std::string ToTable(const MeshFigures& figures) {
   if (figures.surface) text += SurfaceTable(*figures.surface);
   if (figures.depth_errors) text += DepthErrorsTable(*figures.depth_errors);
   if (figures.photometric) text += PhotometricTable(*figures.photometric);
+  if (figures.atlas) text += AtlasTable(*figures.atlas);
+  if (figures.texture) text += TextureTable(*figures.texture);
   return text;
 }
 

@@ -67,9 +67,10 @@ struct SurfacePoint {
 class Renderer {
  public:
   Renderer(const TriangleMesh& mesh, const MeshTracer& tracer, const Viewpoint& viewpoint,
-           const RenderOptions& options)
+           const RenderOptions& options, const TexturePages* texture)
       : mesh_(mesh),
         tracer_(tracer),
+        texture_(texture),
         viewpoint_(viewpoint),
         options_(options),
         center_(viewpoint.cam_from_world.OriginInSource()),
@@ -133,7 +134,11 @@ class Renderer {
     point.albedo = kClay;
     const bool wants_color =
         options_.style == RenderStyle::kColor || options_.style == RenderStyle::kLit;
-    if (wants_color && !mesh_.vertex_colors.empty()) {
+    if (wants_color && texture_ != nullptr) {
+      const Eigen::Vector3f color =
+          texture_->Sample(hit.face, {hit.barycentric_1, hit.barycentric_2});
+      for (int k = 0; k < 3; ++k) point.albedo[k] = ToLinear(color[k] / 255.0);
+    } else if (wants_color && !mesh_.vertex_colors.empty()) {
       const auto& table = LinearTable();
       for (int k = 0; k < 3; ++k) {
         point.albedo[k] = b0 * table[mesh_.vertex_colors[face[0]][k]] +
@@ -203,6 +208,7 @@ class Renderer {
 
   const TriangleMesh& mesh_;
   const MeshTracer& tracer_;
+  const TexturePages* const texture_;
   const Viewpoint& viewpoint_;
   const RenderOptions& options_;
   const Eigen::Vector3d center_;
@@ -271,13 +277,14 @@ double FitDistance(const std::vector<Eigen::Vector3d>& points, const Eigen::Vect
 }  // namespace
 
 void RenderOptions::Describe(OptionSet* options) {
-  options->AddEnum<RenderStyle>("style", &style,
-                                "shaded (clay), color (vertex colours), lit (both), normals, depth",
-                                {{"shaded", RenderStyle::kShaded},
-                                 {"color", RenderStyle::kColor},
-                                 {"lit", RenderStyle::kLit},
-                                 {"normals", RenderStyle::kNormals},
-                                 {"depth", RenderStyle::kDepth}});
+  options->AddEnum<RenderStyle>(
+      "style", &style,
+      "shaded (clay), color (texture or vertex colours), lit (both), normals, depth",
+      {{"shaded", RenderStyle::kShaded},
+       {"color", RenderStyle::kColor},
+       {"lit", RenderStyle::kLit},
+       {"normals", RenderStyle::kNormals},
+       {"depth", RenderStyle::kDepth}});
   options->Add("antialiasing", &antialiasing, "Rays a pixel are the square of this", {1, 16});
   options->Add("num_occlusion_rays", &num_occlusion_rays,
                "Rays for soft shadows a primary ray; 0: none", {0, 1024});
@@ -313,10 +320,10 @@ Viewpoint TurntableViewpoint(const std::vector<Eigen::Vector3d>& points_in_world
 
 ColorImage RenderMesh(const TriangleMesh& mesh, const MeshTracer& tracer,
                       const Viewpoint& viewpoint, const RenderOptions& options,
-                      const RunContext& context) {
+                      const RunContext& context, const TexturePages* texture) {
   std::string error;
   if (!options.Check(&error)) throw UsageError(error);
-  const Renderer renderer(mesh, tracer, viewpoint, options);
+  const Renderer renderer(mesh, tracer, viewpoint, options, texture);
   ColorImage image(viewpoint.camera.width, viewpoint.camera.height);
   ParallelFor(context, static_cast<size_t>(image.height), 4, [&](size_t r) {
     const int row = static_cast<int>(r);

@@ -8,6 +8,7 @@
 #include "lsmvs/geometry/camera.h"
 #include "lsmvs/geometry/rigid3.h"
 #include "lsmvs/image/raster.h"
+#include "lsmvs/mesh/texture_pages.h"
 #include "lsmvs/mesh/triangle_mesh.h"
 #include "lsmvs/util/option_set.h"
 #include "lsmvs/util/run_context.h"
@@ -16,8 +17,8 @@ namespace lsmvs {
 
 enum class RenderStyle {
   kShaded,   // clay under soft light with ambient occlusion
-  kColor,    // vertex colours as they are (clay where there are none)
-  kLit,      // vertex colours under the soft light
+  kColor,    // texture or vertex colours as they are (clay where there are none)
+  kLit,      // the same under the soft light
   kNormals,  // normals in the camera frame as colours
   kDepth,    // near light, far dark
 };
@@ -62,10 +63,11 @@ Viewpoint TurntableViewpoint(const std::vector<Eigen::Vector3d>& points_in_world
                              const TurntableOptions& options);
 
 // Renders a mesh as seen from a viewpoint; the image has the camera's size. Faces are seen from
-// both sides. `tracer` is that of `mesh`. Deterministic for any number of threads. O(pixels *
-// antialiasing^2 * (1 + occlusion rays) * log F).
+// both sides. `tracer` is that of `mesh`; `texture`, if not null, is that of a textured mesh with
+// the same faces, and counts instead of vertex colours. Deterministic for any number of threads.
+// O(pixels * antialiasing^2 * (1 + occlusion rays) * log F).
 ColorImage RenderMesh(const TriangleMesh& mesh, const MeshTracer& tracer,
                       const Viewpoint& viewpoint, const RenderOptions& options,
-                      const RunContext& context);
+                      const RunContext& context, const TexturePages* texture = nullptr);
 
 }  // namespace lsmvs

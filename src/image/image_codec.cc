@@ -53,6 +53,12 @@ std::vector<uint8_t> EncodeJpeg(const ColorImage& image, int quality) {
   return Encode(image, ".jpg", {cv::IMWRITE_JPEG_QUALITY, quality});
 }
 
+std::vector<uint8_t> EncodeWebp(const ColorImage& image, int quality) {
+  LSMVS_CHECK_GE(quality, 1);
+  LSMVS_CHECK_LE(quality, 100);
+  return Encode(image, ".webp", {cv::IMWRITE_WEBP_QUALITY, quality});
+}
+
 ColorImage DecodeColors(const std::vector<uint8_t>& bytes, const std::string& name) {
   cv::Mat bgr;
   try {

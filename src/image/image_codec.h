@@ -13,6 +13,8 @@ namespace lsmvs {
 std::vector<uint8_t> EncodePng(const ColorImage& image);
 // Encodes as JPEG of `quality` in [1, 100].
 std::vector<uint8_t> EncodeJpeg(const ColorImage& image, int quality);
+// Encodes as WebP of `quality` in [1, 100].
+std::vector<uint8_t> EncodeWebp(const ColorImage& image, int quality);
 // Decodes any format that OpenCV reads. Throws InputError; `name` is for its message.
 ColorImage DecodeColors(const std::vector<uint8_t>& bytes, const std::string& name);
 

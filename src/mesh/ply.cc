@@ -12,6 +12,7 @@
 #include <limits>
 #include <sstream>
 
+#include "lsmvs/mesh/ply_mesh_internal.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
@@ -20,7 +21,7 @@ namespace lsmvs {
 
 namespace {
 
-constexpr const char* kRemedy = "save it again as PLY";
+using internal::kRemedy;
 
 struct TypeName {
   const char* name;
@@ -235,6 +236,7 @@ void PlyReader::ParseHeader() {
   while (true) {
     if (!input_->ReadLine(&line)) input_->Fail("header ends too early");
     const std::vector<std::string> words = Words(line);
+    if (line.starts_with("comment ")) comments_.push_back(line.substr(8));
     if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
     if (words[0] == "end_header") break;
     if (words[0] == "format" && words.size() == 3) {
@@ -288,43 +290,6 @@ void PlyReader::Read(const std::map<std::string, Visitor>& visitors) {
 
 namespace {
 
-// Position of a property that is no list, or -1.
-int FindScalar(const PlyElement& element, const std::string& name) {
-  const int position = element.Find(name);
-  return position >= 0 && !element.properties[position].is_list ? position : -1;
-}
-
-// Positions of three properties, or of none.
-struct Triple {
-  std::array<int, 3> position = {-1, -1, -1};
-  Triple(const PlyElement& element, const std::array<const char*, 3>& names) {
-    for (size_t k = 0; k < 3; ++k) {
-      position[k] = FindScalar(element, names[k]);
-    }
-  }
-  explicit operator bool() const {
-    return *std::min_element(position.begin(), position.end()) >= 0;
-  }
-  Eigen::Vector3d Of(const PlyReader::Row& row) const {
-    const auto value = [&](size_t k) { return row.values[row.first[position[k]]]; };
-    return {value(0), value(1), value(2)};
-  }
-};
-
-// Adds the triangles of a polygon. Indices are checked later: faces may come before the vertices.
-void AddFan(const std::string& path, const PlyReader::Row& row, int property, TriangleMesh* mesh) {
-  const size_t begin = row.first[property], end = row.first[property + 1];
-  for (size_t i = begin; i < end; ++i) {
-    if (!(row.values[i] >= 0 && row.values[i] <= std::numeric_limits<int>::max())) {
-      throw InputError(path, fmt::format("face {} has an impossible index", row.index), kRemedy);
-    }
-  }
-  const auto index = [&](size_t i) { return static_cast<int>(row.values[i]); };
-  for (size_t i = begin + 2; i < end; ++i) {
-    mesh->faces.emplace_back(index(begin), index(i - 1), index(i));
-  }
-}
-
 void CheckIndices(const std::string& path, const TriangleMesh& mesh) {
   for (size_t f = 0; f < mesh.faces.size(); ++f) {
     if (static_cast<size_t>(mesh.faces[f].maxCoeff()) >= mesh.vertices.size()) {
@@ -338,77 +303,125 @@ void CheckIndices(const std::string& path, const TriangleMesh& mesh) {
 
 }  // namespace
 
+namespace internal {
+
+PlyTriple::PlyTriple(const PlyElement& element, const std::array<const char*, 3>& names) {
+  for (size_t k = 0; k < 3; ++k) {
+    position[k] = element.Find(names[k]);
+    if (position[k] >= 0 && element.properties[position[k]].is_list) position[k] = -1;
+  }
+}
+
+Eigen::Vector3d PlyTriple::Of(const PlyReader::Row& row) const {
+  const auto value = [&](size_t k) { return row.values[row.first[position[k]]]; };
+  return {value(0), value(1), value(2)};
+}
+
+PlyMeshCollector::PlyMeshCollector(const PlyReader& reader, const std::filesystem::path& path,
+                                   const Eigen::Vector3d& world_offset, NotFinite not_finite)
+    : path_(path.string()), world_offset_(world_offset), not_finite_(not_finite) {
+  const PlyElement* vertex = reader.FindElement("vertex");
+  if (vertex == nullptr) throw InputError(path_, "has no vertices", kRemedy);
+  position_ = PlyTriple(*vertex, {"x", "y", "z"});
+  normal_ = PlyTriple(*vertex, {"nx", "ny", "nz"});
+  color_ = PlyTriple(*vertex, {"red", "green", "blue"});
+  quality_ = vertex->Find("quality");
+  if (quality_ >= 0 && vertex->properties[quality_].is_list) quality_ = -1;
+  if (!position_) throw InputError(path_, "has no x, y, z", kRemedy);
+  const PlyElement* face = reader.FindElement("face");
+  if (face == nullptr) return;
+  indices_ = face->Find("vertex_indices");
+  if (indices_ < 0) indices_ = face->Find("vertex_index");
+  if (face->count > 0 && (indices_ < 0 || !face->properties[indices_].is_list)) {
+    throw InputError(path_, "has faces without vertex_indices", kRemedy);
+  }
+}
+
+void PlyMeshCollector::AddVertex(const PlyReader::Row& row) {
+  const Eigen::Vector3d x = position_.Of(row);
+  if (not_finite_ == NotFinite::kRefuse && !x.allFinite()) {
+    throw InputError(path_, fmt::format("vertex {} is not finite", row.index), kRemedy);
+  }
+  mesh_.vertices.push_back(x - world_offset_);
+  if (normal_) mesh_.vertex_normals.push_back(normal_.Of(row).cast<float>());
+  if (color_) mesh_.vertex_colors.push_back(PlyColor(color_.Of(row)));
+  if (quality_ >= 0) {
+    mesh_.vertex_quality.push_back(static_cast<float>(row.values[row.first[quality_]]));
+  }
+}
+
+// Indices are checked later: faces may come before the vertices.
+size_t PlyMeshCollector::AddFace(const PlyReader::Row& row) {
+  const size_t begin = row.first[indices_], end = row.first[indices_ + 1];
+  for (size_t i = begin; i < end; ++i) {
+    if (!(row.values[i] >= 0 && row.values[i] <= std::numeric_limits<int>::max())) {
+      throw InputError(path_, fmt::format("face {} has an impossible index", row.index), kRemedy);
+    }
+  }
+  const auto index = [&](size_t i) { return static_cast<int>(row.values[i]); };
+  for (size_t i = begin + 2; i < end; ++i) {
+    mesh_.faces.emplace_back(index(begin), index(i - 1), index(i));
+  }
+  return end - begin;
+}
+
+TriangleMesh PlyMeshCollector::Take() {
+  CheckIndices(path_, mesh_);
+  return std::move(mesh_);
+}
+
+PlyVertexWriter::PlyVertexWriter(const TriangleMesh& mesh, const Eigen::Vector3d& world_offset)
+    : mesh_(mesh), world_offset_(world_offset), as_double_(!world_offset.isZero(0.0)) {
+  if (has_normals()) LSMVS_CHECK_EQ(mesh.vertex_normals.size(), mesh.vertices.size());
+  if (has_colors()) LSMVS_CHECK_EQ(mesh.vertex_colors.size(), mesh.vertices.size());
+  if (has_quality()) LSMVS_CHECK_EQ(mesh.vertex_quality.size(), mesh.vertices.size());
+}
+
+std::string PlyVertexWriter::Header() const {
+  std::string header = fmt::format("element vertex {}\n", mesh_.vertices.size());
+  for (const char* name : {"x", "y", "z"}) {
+    header += fmt::format("property {} {}\n", as_double_ ? "double" : "float", name);
+  }
+  if (has_normals()) header += "property float nx\nproperty float ny\nproperty float nz\n";
+  if (has_colors()) header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  if (has_quality()) header += "property float quality\n";
+  return header;
+}
+
+void PlyVertexWriter::WriteRows(AtomicFile* file) const {
+  for (size_t v = 0; v < mesh_.vertices.size(); ++v) {
+    const Eigen::Vector3d x = mesh_.vertices[v] + world_offset_;
+    if (as_double_) {
+      file->Write(x.data(), 3 * sizeof(double));
+    } else {
+      const Eigen::Vector3f x_float = x.cast<float>();
+      file->Write(x_float.data(), 3 * sizeof(float));
+    }
+    if (has_normals()) file->Write(mesh_.vertex_normals[v].data(), 3 * sizeof(float));
+    if (has_colors()) file->Write(mesh_.vertex_colors[v].data(), 3);
+    if (has_quality()) file->WriteValue(mesh_.vertex_quality[v]);
+  }
+}
+
+}  // namespace internal
+
 TriangleMesh ReadMeshPly(const std::filesystem::path& path, const Eigen::Vector3d& world_offset,
                          NotFinite not_finite) {
   PlyReader reader(path);
-  const PlyElement* vertex = reader.FindElement("vertex");
-  if (vertex == nullptr) throw InputError(path.string(), "has no vertices", kRemedy);
-  const Triple position(*vertex, {"x", "y", "z"}), normal(*vertex, {"nx", "ny", "nz"});
-  const Triple color(*vertex, {"red", "green", "blue"});
-  if (!position) throw InputError(path.string(), "has no x, y, z", kRemedy);
-  const int quality = FindScalar(*vertex, "quality");
-
-  TriangleMesh mesh;
-  std::map<std::string, PlyReader::Visitor> visitors;
-  visitors["vertex"] = [&](const PlyReader::Row& row) {
-    const Eigen::Vector3d x = position.Of(row);
-    if (not_finite == NotFinite::kRefuse && !x.allFinite()) {
-      throw InputError(path.string(), fmt::format("vertex {} is not finite", row.index), kRemedy);
-    }
-    mesh.vertices.push_back(x - world_offset);
-    if (normal) mesh.vertex_normals.push_back(normal.Of(row).cast<float>());
-    if (color) mesh.vertex_colors.push_back(PlyColor(color.Of(row)));
-    if (quality >= 0)
-      mesh.vertex_quality.push_back(static_cast<float>(row.values[row.first[quality]]));
-  };
-  if (const PlyElement* face = reader.FindElement("face"); face != nullptr) {
-    int property = face->Find("vertex_indices");
-    if (property < 0) property = face->Find("vertex_index");
-    if (face->count > 0 && (property < 0 || !face->properties[property].is_list)) {
-      throw InputError(path.string(), "has faces without vertex_indices", kRemedy);
-    }
-    visitors["face"] = [&mesh, &path, property](const PlyReader::Row& row) {
-      AddFan(path.string(), row, property, &mesh);
-    };
-  }
-  reader.Read(visitors);
-  CheckIndices(path.string(), mesh);
-  return mesh;
+  internal::PlyMeshCollector collector(reader, path, world_offset, not_finite);
+  reader.Read({{"vertex", [&](const PlyReader::Row& row) { collector.AddVertex(row); }},
+               {"face", [&](const PlyReader::Row& row) { collector.AddFace(row); }}});
+  return collector.Take();
 }
 
 void WriteMeshPly(const std::filesystem::path& path, const TriangleMesh& mesh,
                   const Eigen::Vector3d& world_offset) {
-  const bool as_double = !world_offset.isZero(0.0);
-  const bool has_normals = !mesh.vertex_normals.empty(), has_colors = !mesh.vertex_colors.empty();
-  if (has_normals) LSMVS_CHECK_EQ(mesh.vertex_normals.size(), mesh.vertices.size());
-  if (has_colors) LSMVS_CHECK_EQ(mesh.vertex_colors.size(), mesh.vertices.size());
-  const bool has_quality = !mesh.vertex_quality.empty();
-  if (has_quality) LSMVS_CHECK_EQ(mesh.vertex_quality.size(), mesh.vertices.size());
-
+  const internal::PlyVertexWriter vertices(mesh, world_offset);
   AtomicFile file(path);
-  std::string header = "ply\nformat binary_little_endian 1.0\n";
-  header += fmt::format("element vertex {}\n", mesh.vertices.size());
-  for (const char* name : {"x", "y", "z"}) {
-    header += fmt::format("property {} {}\n", as_double ? "double" : "float", name);
-  }
-  if (has_normals) header += "property float nx\nproperty float ny\nproperty float nz\n";
-  if (has_colors) header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
-  if (has_quality) header += "property float quality\n";
-  header += fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-                        mesh.faces.size());
-  file.Write(header);
-  for (size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const Eigen::Vector3d x = mesh.vertices[v] + world_offset;
-    if (as_double) {
-      file.Write(x.data(), 3 * sizeof(double));
-    } else {
-      const Eigen::Vector3f x_float = x.cast<float>();
-      file.Write(x_float.data(), 3 * sizeof(float));
-    }
-    if (has_normals) file.Write(mesh.vertex_normals[v].data(), 3 * sizeof(float));
-    if (has_colors) file.Write(mesh.vertex_colors[v].data(), 3);
-    if (has_quality) file.WriteValue(mesh.vertex_quality[v]);
-  }
+  file.Write("ply\nformat binary_little_endian 1.0\n" + vertices.Header());
+  file.Write(fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                         mesh.faces.size()));
+  vertices.WriteRows(&file);
   for (const Eigen::Vector3i& face : mesh.faces) {
     file.WriteValue(uint8_t{3});
     file.Write(face.data(), 3 * sizeof(int));

@@ -51,6 +51,8 @@ class PlyReader {
   PlyReader& operator=(const PlyReader&) = delete;
 
   const std::vector<PlyElement>& elements() const { return elements_; }
+  // What follows "comment " in each comment line of the header, in file order.
+  const std::vector<std::string>& comments() const { return comments_; }
   // Null if there is none of that name.
   const PlyElement* FindElement(const std::string& name) const;
 
@@ -64,6 +66,7 @@ class PlyReader {
 
   std::string path_;
   std::vector<PlyElement> elements_;
+  std::vector<std::string> comments_;
   std::unique_ptr<Input> input_;
 };
 

@@ -84,9 +84,12 @@ ProperSurface ThinOnGrid(const ProperSurface& surface, double cell_size) {
   return thin;
 }
 
-void Collapse(size_t max_faces, const RunContext& context, ProperSurface* surface) {
+// `is_locked` is #V of the surface, or empty.
+void Collapse(size_t max_faces, const std::vector<uint8_t>& is_locked, const RunContext& context,
+              ProperSurface* surface) {
   internal::VertexStars stars(std::move(surface->vertices), std::move(surface->faces));
   internal::EdgeCollapser collapser({}, {}, &stars, nullptr);
+  if (!is_locked.empty()) collapser.Lock(is_locked);
   collapser.Run(max_faces, context);
   surface->vertices = stars.positions();
   surface->faces = stars.Faces();
@@ -106,8 +109,25 @@ SimplifiedMesh SimplifyMesh(const TriangleMesh& mesh, size_t max_faces, const Ru
     if (thin.faces.size() < max_faces) break;
     surface = std::move(thin);
   }
-  if (surface.faces.size() > max_faces) Collapse(max_faces, context, &surface);
+  if (surface.faces.size() > max_faces) Collapse(max_faces, {}, context, &surface);
   for (Eigen::Vector3d& x : surface.vertices) x += surface.origin;
+  SimplifiedMesh result = internal::CompactMesh(surface.vertices, surface.faces, surface.source);
+  result.mesh.vertex_colors = CarryToSimplified(result, mesh.vertex_colors);
+  return result;
+}
+
+SimplifiedMesh SimplifyMeshPart(const TriangleMesh& mesh, const std::vector<uint8_t>& is_locked,
+                                size_t max_faces, const RunContext& context) {
+  LSMVS_CHECK_EQ(is_locked.size(), mesh.vertices.size());
+  ProperSurface surface = internal::ProperPart(mesh);
+  std::vector<uint8_t> locked;
+  for (const int v : surface.source) locked.push_back(is_locked[static_cast<size_t>(v)]);
+  if (surface.faces.size() > max_faces) Collapse(max_faces, locked, context, &surface);
+  for (size_t v = 0; v < surface.vertices.size(); ++v) {
+    const size_t source = static_cast<size_t>(surface.source[v]);
+    surface.vertices[v] =  // to the last bit where it is locked
+        is_locked[source] ? mesh.vertices[source] : surface.vertices[v] + surface.origin;
+  }
   SimplifiedMesh result = internal::CompactMesh(surface.vertices, surface.faces, surface.source);
   result.mesh.vertex_colors = CarryToSimplified(result, mesh.vertex_colors);
   return result;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,11 @@ struct SimplifiedMesh {
 // source vertices; normals are dropped. Deterministic. O(F log F), about 300 bytes a face of what
 // is collapsed.
 SimplifiedMesh SimplifyMesh(const TriangleMesh& mesh, size_t max_faces, const RunContext& context);
+
+// The same without thinning, for parts of a larger mesh: vertices with `is_locked` (#V) stay, with
+// all edges between them, so that the parts fit together as before. Other borders may move.
+SimplifiedMesh SimplifyMeshPart(const TriangleMesh& mesh, const std::vector<uint8_t>& is_locked,
+                                size_t max_faces, const RunContext& context);
 
 struct BoundedSimplificationOptions {
   // Stops when this share of the faces is left, although the tolerance allows fewer.

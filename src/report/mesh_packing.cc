@@ -56,6 +56,22 @@ void PackFaces(const std::vector<Eigen::Vector3i>& faces, std::vector<uint8_t>* 
   }
 }
 
+void PackTexcoords(const std::vector<std::array<Eigen::Vector2f, 3>>& texcoords, int axis,
+                   float size, std::vector<uint8_t>* bytes) {
+  const size_t count = 3 * texcoords.size(), begin = bytes->size();
+  bytes->resize(begin + 2 * count);
+  uint8_t* out = bytes->data() + begin;
+  uint16_t last = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const float place = texcoords[i / 3][i % 3][axis] / size;
+    const auto value = static_cast<uint16_t>(std::lround(65535 * std::clamp(place, 0.0f, 1.0f)));
+    const auto difference = static_cast<uint16_t>(value - last);
+    out[i] = static_cast<uint8_t>(difference & 255);
+    out[count + i] = static_cast<uint8_t>(difference >> 8);
+    last = value;
+  }
+}
+
 uint8_t ErrorByte(float error) {
   if (std::isnan(error)) return 255;
   return static_cast<uint8_t>(std::lround(254 * std::clamp(error, 0.0f, 1.0f)));
@@ -73,7 +89,10 @@ std::vector<uint8_t> Deflate(const std::vector<uint8_t>& bytes) {
 
 }  // namespace
 
-PackedMesh PackMesh(const TriangleMesh& mesh, const std::vector<float>& errors) {
+PackedMesh PackMesh(const TriangleMesh& mesh, const std::vector<float>& errors,
+                    const std::vector<std::array<Eigen::Vector2f, 3>>& texcoords,
+                    const Eigen::Vector2i& texture_size) {
+  LSMVS_CHECK(texcoords.empty() || texcoords.size() == mesh.faces.size());
   LSMVS_CHECK(errors.empty() || errors.size() == mesh.vertices.size());
   PackedMesh packed;
   packed.num_vertices = mesh.vertices.size();
@@ -100,6 +119,10 @@ PackedMesh PackMesh(const TriangleMesh& mesh, const std::vector<float>& errors) 
         packed.num_vertices, [&](size_t v) { return ErrorByte(errors[v]); }, &bytes);
   }
   PackFaces(mesh.faces, &bytes);
+  packed.has_texture = !texcoords.empty();
+  for (int axis = 0; packed.has_texture && axis < 2; ++axis) {
+    PackTexcoords(texcoords, axis, static_cast<float>(texture_size[axis]), &bytes);
+  }
   packed.bytes = Deflate(bytes);
   return packed;
 }

@@ -123,11 +123,17 @@ std::string DataElements(const Report& report) {
     elements += DataElement(fmt::format("photo-{}", i), "text/plain", Base64(photo.jpeg));
   }
   for (size_t i = 0; i < report.meshes.size(); ++i) {
-    const PackedMesh packed = PackMesh(report.meshes[i].shown, report.meshes[i].errors);
+    const ReportMesh& mesh = report.meshes[i];
+    const PackedMesh packed = PackMesh(mesh.shown, mesh.errors, mesh.texcoords, mesh.texture_size);
     json["meshes"][i]["packed"] = {
         {"origin", VectorJson(packed.origin)}, {"step", packed.step},
         {"vertices", packed.num_vertices},     {"faces", packed.num_faces},
-        {"colors", packed.has_colors},         {"errors", packed.has_errors}};
+        {"colors", packed.has_colors},         {"errors", packed.has_errors},
+        {"texture", packed.has_texture}};
+    if (packed.has_texture) {
+      elements +=
+          DataElement(fmt::format("texture-{}", i), "text/plain", Base64(mesh.texture_jpeg));
+    }
     elements += DataElement(fmt::format("mesh-{}", i), "text/plain", Base64(packed.bytes));
   }
   return DataElement("report", "application/json",

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -30,6 +31,10 @@ struct ReportMesh {
   std::string picture;  // file name of its PNG beside the page; empty: none
   // What is drawn: simplified if the mesh is large, with vertex colours if it has any.
   TriangleMesh shown;
+  // Texture of `shown`, or empty: coordinates of each face's corners in pixels, and the page.
+  std::vector<std::array<Eigen::Vector2f, 3>> texcoords;
+  Eigen::Vector2i texture_size = Eigen::Vector2i::Zero();
+  std::vector<uint8_t> texture_jpeg;
   // Of `shown`: 0 right, 1 wrong, NaN unknown; empty: no errors are known. The page colours by it.
   std::vector<float> errors;
   MeshFigures figures;  // of the full mesh

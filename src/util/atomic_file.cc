@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <fstream>
 #include <system_error>
 #include <utility>
 
@@ -61,6 +62,17 @@ void AtomicFile::WriteThrough(const char* data, size_t num_bytes) {
   }
 }
 
+void AtomicFile::WriteContentOf(const std::filesystem::path& source) {
+  std::ifstream file(source, std::ios::binary);
+  if (!file) throw InputError(source.string(), "cannot be opened", "check that it exists");
+  std::vector<char> piece(kBufferBytes);
+  while (file) {
+    file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+    Write(piece.data(), static_cast<size_t>(file.gcount()));
+  }
+  if (!file.eof()) throw InputError(source.string(), "cannot be read", "check the disk");
+}
+
 void AtomicFile::Overwrite(size_t offset, std::string_view bytes) {
   Flush();
   while (!bytes.empty()) {
@@ -89,6 +101,12 @@ void AtomicFile::Commit() {
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view content) {
   AtomicFile file(path);
   file.Write(content);
+  file.Commit();
+}
+
+void CopyFileAtomically(const std::filesystem::path& from, const std::filesystem::path& to) {
+  AtomicFile file(to);
+  file.WriteContentOf(from);
   file.Commit();
 }
 

@@ -32,6 +32,8 @@ class AtomicFile {
     static_assert(std::is_trivially_copyable_v<T>);
     Write(&value, sizeof value);
   }
+  // Writes the bytes of another file, piece by piece. Throws InputError if it cannot be read.
+  void WriteContentOf(const std::filesystem::path& source);
   // Replaces bytes written before: a count that is known only at the end.
   void Overwrite(size_t offset, std::string_view bytes);
   void Commit();
@@ -47,5 +49,8 @@ class AtomicFile {
 
 // Writes a whole file atomically.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view content);
+
+// Copies a file; what stood at `to` is replaced. Throws InputError or FileSystemError.
+void CopyFileAtomically(const std::filesystem::path& from, const std::filesystem::path& to);
 
 }  // namespace lsmvs

@@ -10,8 +10,10 @@
 #include "lsmvs/cli/command_table.h"
 #include "lsmvs/cli/program.h"
 #include "lsmvs/image/image_codec.h"
-#include "lsmvs/mesh/ply.h"
+#include "lsmvs/mesh/textured_ply.h"
 #include "lsmvs/report/report.h"
+#include "lsmvs/synthetic/texture.h"
+#include "lsmvs/synthetic/textured_atlas.h"
 #include "lsmvs/synthetic/workspace.h"
 #include "lsmvs/test_support/temporary_folder.h"
 #include "lsmvs/util/atomic_file.h"
@@ -63,6 +65,23 @@ class EvaluationCommands : public testing::Test {
   static fs::path Workspace() { return folder_->path() / "ws"; }
   static fs::path Truth() { return Workspace() / "gt_mesh.ply"; }
   static fs::path Mesh() { return Workspace() / "meshed-refined.ply"; }
+  // The true mesh with the texture of the scene, as an even light shows it.
+  static fs::path Textured() {
+    const fs::path path = Workspace() / "textured" / "mesh.ply";
+    if (fs::exists(path)) return path;
+    fs::create_directories(path.parent_path());
+    const SyntheticScene scene = MakeScene(ShapeName::kSphere, 6, 160, 120);
+    const SolidTexture texture(scene.photo.texture);
+    AtlasOptions options;
+    options.page_width = options.page_height = 2048;
+    options.chart_px = 5;
+    options.gutter_px = 2;
+    const auto color = [&](const Eigen::Vector3d& x) -> Color {
+      return (255 * texture.Albedo(x, scene.gsd)).cast<uint8_t>();
+    };
+    WriteTexturedPly(path, PaintAtlas(ReadMeshPly(Truth()), color, path.parent_path(), options));
+    return path;
+  }
 
   static TemporaryFolder* folder_;
 };
@@ -101,6 +120,99 @@ TEST_F(EvaluationCommands, EvaluatorScoresByThePhotos) {
     return nlohmann::json::parse(outcome.output)["photometric"]["score"].get<double>();
   };
   EXPECT_GT(score(Truth()), score(Mesh()));
+}
+
+TEST_F(EvaluationCommands, EvaluatorScoresTextures) {
+  const auto score = [&](const fs::path& mesh) {
+    const Outcome outcome =
+        RunProgram({"mesh_evaluator", "--input_path", mesh, "--workspace_path", Workspace(),
+                    "--texture", "1", "--view_step", "3", "--json_path", "-"});
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return nlohmann::json::parse(outcome.output);
+  };
+  TriangleMesh gray = ReadMeshPly(Truth());
+  gray.vertex_colors.assign(gray.vertices.size(), Color(128, 128, 128));
+  const fs::path gray_path = folder_->path() / "gray.ply";
+  WriteMeshPly(gray_path, gray);
+  const nlohmann::json textured = score(Textured()), plain = score(gray_path);
+  EXPECT_EQ(textured["texture"]["views"].size(), 2u);  // every third of six
+  EXPECT_FALSE(textured.contains("photometric"));
+  EXPECT_EQ(textured["atlas"]["pages"], 1);
+  EXPECT_FALSE(plain.contains("atlas"));
+  EXPECT_GT(textured["texture"]["psnr"].get<double>(), plain["texture"]["psnr"].get<double>());
+  EXPECT_GT(textured["texture"]["ssim"].get<double>(),
+            plain["texture"]["ssim"].get<double>() + 0.1);
+  EXPECT_EQ(textured["texture"]["completeness"], plain["texture"]["completeness"]);
+}
+
+TEST_F(EvaluationCommands, TexturesThatCannotBeScored) {
+  const auto refused = [&](const std::vector<std::string>& arguments, int code,
+                           const std::string& text) {
+    std::vector<std::string> all = {"mesh_evaluator", "--texture", "1"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const Outcome outcome = RunProgram(all);
+    EXPECT_EQ(outcome.code, code);
+    EXPECT_THAT(outcome.errors, HasSubstr(text));
+  };
+  refused({"--input_path", Textured()}, 2, "--texture needs --workspace_path");
+  TriangleMesh plain = ReadMeshPly(Truth());
+  plain.vertex_colors.clear();
+  const fs::path path = folder_->path() / "plain.ply";
+  WriteMeshPly(path, plain);
+  refused({"--input_path", path, "--workspace_path", Workspace()}, 3, "neither texture nor");
+  plain.faces.clear();
+  WriteMeshPly(path, plain);
+  refused({"--input_path", path, "--workspace_path", Workspace()}, 3, "has no faces");
+  refused(
+      {"--input_path", Textured(), "--workspace_path", Workspace(), "--TextureScore.level", "99"},
+      2, "TextureScore.level");
+}
+
+TEST_F(EvaluationCommands, RendererDrawsTextures) {
+  const fs::path picture = folder_->path() / "texture.png", gray = folder_->path() / "clay.png";
+  for (const auto& [path, mesh] : {std::pair(picture, Textured()), {gray, Truth()}}) {
+    ASSERT_EQ(RunProgram({"mesh_renderer", "--input_path", mesh, "--output_path", path,
+                          "--workspace_path", Workspace(), "--style", "color", "--width", "160"})
+                  .code,
+              0);
+  }
+  // The surface has one colour without texture and many with it.
+  const ColorImage image = ReadColors(picture), clay = ReadColors(gray);
+  const Color surface = clay(clay.width / 2, clay.height / 2);
+  int low = 255, high = 0;
+  for (size_t i = 0; i < image.size(); ++i) {
+    if (clay.pixels[i] != surface) continue;
+    low = std::min<int>(low, image.pixels[i][1]);
+    high = std::max<int>(high, image.pixels[i][1]);
+  }
+  EXPECT_GT(high - low, 20);
+}
+
+TEST_F(EvaluationCommands, ComparerShowsTextures) {
+  Textured();
+  const fs::path report = folder_->path() / "textured-report";
+  const Outcome outcome =
+      RunProgram({"mesh_comparer", "--workspace_path", Workspace(), "--output_path", report,
+                  "--picture_width", "64", "--max_num_faces", "2000", "--max_num_photos", "2"});
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_TRUE(fs::exists(report / "mesh-texture.png"));
+  bool found = false;
+  for (const auto& entry : fs::directory_iterator(report)) {
+    if (entry.path().extension() != ".json" || !Content(entry.path()).starts_with("{")) continue;
+    const nlohmann::json json = nlohmann::json::parse(Content(entry.path()));
+    if (!json.contains("meshes")) continue;
+    for (const auto& mesh : json["meshes"]) {
+      if (mesh["title"] != "textured") continue;
+      found = true;
+      EXPECT_GT(mesh["figures"]["texture"]["psnr"], 10);
+      EXPECT_EQ(mesh["figures"]["atlas"]["pages"], 1);
+    }
+  }
+  EXPECT_TRUE(found);
+  if (HasReportPage()) {
+    EXPECT_THAT(Content(report / "index.html"), HasSubstr("id=\"texture-"));
+  }
+  fs::remove_all(Workspace() / "textured");  // of the other tests
 }
 
 TEST_F(EvaluationCommands, EvaluatorSaysWhatIsWrong) {

@@ -35,7 +35,7 @@ class Chain : public testing::Test {
     calls_ = {0, 0, 0};
     RunStore store(root(), "test 1");
     observer_ = {};
-    const RunPlan plan = PlanRun(tasks, {overwrite}, &store);
+    const RunPlan plan = PlanRun(tasks, {.overwrite = overwrite}, &store);
     RunTasks(tasks, plan, &store, &observer_, RunContext(1));
     return {calls_.begin(), calls_.end()};
   }

@@ -56,6 +56,33 @@ TEST(Simplify, ColoursComeFromTheSource) {
   }
 }
 
+TEST(Simplify, PartKeepsLockedVerticesAndTheirEdges) {
+  TriangleMesh mesh = Grid(40, Wavy);
+  for (Eigen::Vector3d& x : mesh.vertices) x += Eigen::Vector3d(0.1, 0.2, 0.3);  // rounds
+  std::vector<uint8_t> locked(mesh.vertices.size(), 0);
+  for (int row = 0; row <= 40; ++row) locked[static_cast<size_t>(41 * row)] = 1;  // the left side
+  const SimplifiedMesh result = SimplifyMeshPart(mesh, locked, 400, RunContext(1));
+  EXPECT_LE(result.mesh.faces.size(), 400u);
+  ExpectValidMesh(result.mesh);
+  std::vector<int> index_of(mesh.vertices.size(), -1);
+  for (size_t v = 0; v < result.source_vertex.size(); ++v) {
+    if (!locked[static_cast<size_t>(result.source_vertex[v])]) continue;
+    index_of[static_cast<size_t>(result.source_vertex[v])] = static_cast<int>(v);
+    EXPECT_EQ(result.mesh.vertices[v], mesh.vertices[static_cast<size_t>(result.source_vertex[v])]);
+  }
+  for (int row = 0; row < 40; ++row) {
+    const int a = index_of[static_cast<size_t>(41 * row)];
+    const int b = index_of[static_cast<size_t>(41 * (row + 1))];
+    ASSERT_GE(a, 0);
+    ASSERT_GE(b, 0);
+    bool has_edge = false;
+    for (const Eigen::Vector3i& f : result.mesh.faces) {
+      has_edge |= (f.array() == a).any() && (f.array() == b).any();
+    }
+    EXPECT_TRUE(has_edge) << row;
+  }
+}
+
 TEST(Simplify, ThinsLargeInputsFirst) {
   const SimplifiedMesh result = SimplifyMesh(Grid(150, Wavy), 500, RunContext(1));
   EXPECT_LE(result.mesh.faces.size(), 500u);

@@ -70,6 +70,24 @@ void CutHole(int n, TriangleMesh* mesh) {
   });
 }
 
+// A page whose left half is green and whose right half is white; the mesh shows the left half, but
+// for the faces with x > 0.6 and y > 0.6, which are white.
+void PutTexture(ReportMesh* mesh) {
+  ColorImage page(64, 32, Color(255, 255, 255));
+  for (int row = 0; row < 32; ++row) {
+    for (int column = 0; column < 32; ++column) page(column, row) = Color(30, 200, 30);
+  }
+  mesh->texture_size = {64, 32};
+  mesh->texture_jpeg = EncodeJpeg(page, 95);
+  for (const Eigen::Vector3i& face : mesh->shown.faces) {
+    const Eigen::Vector3d& x = mesh->shown.vertices[face[0]];
+    const float left = x.x() > 0.6 && x.y() > 0.6 ? 40.0f : 8.0f;
+    mesh->texcoords.push_back(
+        {Eigen::Vector2f(left, 8), Eigen::Vector2f(left + 8, 8), Eigen::Vector2f(left, 16)});
+  }
+  mesh->shown.vertex_colors.clear();
+}
+
 DepthErrors SomeDepthErrors(size_t good) {
   DepthErrors errors;
   errors.all.bins = {good, 20, 10, 5, 5, 2, 2, 1, 1, 1};
@@ -95,6 +113,7 @@ int main(int argc, char** argv) {
   report.meshes.push_back(MakeMesh("blue", n, 0.06, Color(40, 60, 230), 1.0f));
   report.meshes.push_back(MakeMesh("yellow", n, 0.03, Color(230, 220, 30), 0.7f));
   CutHole(n, &report.meshes[0].shown);
+  PutTexture(&report.meshes[1]);
   for (ReportMesh& mesh : report.meshes) {
     mesh.figures.silhouettes = SilhouetteFigures{6, 0.8, 0.001, 0.002, 0.03, 4.2};
   }

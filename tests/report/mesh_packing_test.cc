@@ -18,10 +18,11 @@ std::vector<uint8_t> Inflated(const std::vector<uint8_t>& packed, size_t size) {
   return bytes;
 }
 
-// The other side of the format, the plain way.
-TriangleMesh Unpacked(const PackedMesh& packed, std::vector<uint8_t>* errors) {
+// The other side of the format, the plain way. `texcoords`: u of all corners, then v, as stored.
+TriangleMesh Unpacked(const PackedMesh& packed, std::vector<uint8_t>* errors,
+                      std::vector<uint16_t>* texcoords = nullptr) {
   const size_t n = packed.num_vertices;
-  const std::vector<uint8_t> bytes = Inflated(packed.bytes, 13 * n + 15 * packed.num_faces);
+  const std::vector<uint8_t> bytes = Inflated(packed.bytes, 13 * n + 27 * packed.num_faces);
   TriangleMesh mesh;
   mesh.vertices.resize(n);
   size_t offset = 0;
@@ -55,6 +56,15 @@ TriangleMesh Unpacked(const PackedMesh& packed, std::vector<uint8_t>* errors) {
       mesh.faces.back()[k] = last;
     }
   }
+  for (int axis = 0; packed.has_texture && axis < 2; ++axis) {
+    const size_t count = 3 * packed.num_faces;
+    uint16_t value = 0;
+    for (size_t i = 0; i < count; ++i) {
+      value = static_cast<uint16_t>(value + bytes[offset + i] + 256 * bytes[offset + count + i]);
+      texcoords->push_back(value);
+    }
+    offset += 2 * count;
+  }
   EXPECT_EQ(offset, bytes.size());
   return mesh;
 }
@@ -83,6 +93,25 @@ TEST(MeshPacking, RoundTrip) {
   }
   EXPECT_EQ(error_bytes[3], 255);
   EXPECT_LT(packed.step, 400.0 / (1 << 23));
+}
+
+TEST(MeshPacking, TextureCoordinates) {
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+  mesh.faces = {{0, 1, 2}, {1, 3, 2}};
+  const std::vector<std::array<Eigen::Vector2f, 3>> texcoords = {
+      {Eigen::Vector2f(0, 0), Eigen::Vector2f(200, 0), Eigen::Vector2f(0, 100)},
+      {Eigen::Vector2f(150, 25), Eigen::Vector2f(50, 75), Eigen::Vector2f(0.5f, 99.5f)}};
+  const PackedMesh packed = PackMesh(mesh, {}, texcoords, {200, 100});
+  EXPECT_TRUE(packed.has_texture);
+  std::vector<uint8_t> errors;
+  std::vector<uint16_t> stored;
+  EXPECT_EQ(Unpacked(packed, &errors, &stored).faces, mesh.faces);
+  ASSERT_EQ(stored.size(), 12u);
+  for (size_t i = 0; i < 6; ++i) {
+    EXPECT_NEAR(stored[i] / 65535.0 * 200, texcoords[i / 3][i % 3].x(), 0.002);
+    EXPECT_NEAR(stored[6 + i] / 65535.0 * 100, texcoords[i / 3][i % 3].y(), 0.001);
+  }
 }
 
 TEST(MeshPacking, EmptyAndFlatMeshes) {

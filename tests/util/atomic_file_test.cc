@@ -47,6 +47,19 @@ class FileSizeLimit {
   void (*old_handler_)(int);
 };
 
+TEST(AtomicFile, CopiesFilesOfAnySize) {
+  const TemporaryFolder folder;
+  for (const size_t size : {0u, 1u, 5u << 20}) {
+    std::string content(size, 'a');
+    for (size_t i = 0; i < size; ++i) content[i] = static_cast<char>(i * i >> 7);
+    WriteFileAtomically(folder.path() / "from", content);
+    CopyFileAtomically(folder.path() / "from", folder.path() / "to");
+    EXPECT_EQ(ReadAll(folder.path() / "to"), content);
+  }
+  EXPECT_THROW(CopyFileAtomically(folder.path() / "none", folder.path() / "to"), InputError);
+  EXPECT_EQ(ReadAll(folder.path() / "to").size(), size_t{5} << 20);
+}
+
 TEST(AtomicFile, AppearsOnlyWithCommit) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.txt";

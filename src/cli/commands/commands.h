@@ -19,6 +19,7 @@ std::unique_ptr<Command> MakeMeshRefinerCommand();
 std::unique_ptr<Command> MakeMeshSimplifier();
 std::unique_ptr<Command> MakeMeshComparer();
 std::unique_ptr<Command> MakeMeshEvaluator();
+std::unique_ptr<Command> MakeMeshExporter();
 std::unique_ptr<Command> MakeMeshRenderer();
 
 }  // namespace lsmvs

@@ -16,9 +16,10 @@
 #include "lsmvs/colmap_adapter/scene_loader.h"
 #include "lsmvs/evaluation/error_colors.h"
 #include "lsmvs/execution/run_record.h"
+#include "lsmvs/exporting/texture_transfer.h"
 #include "lsmvs/image/image_codec.h"
-#include "lsmvs/mesh/ply.h"
 #include "lsmvs/mesh/simplify.h"
+#include "lsmvs/mesh/textured_ply.h"
 #include "lsmvs/refinement/vertex_colors.h"
 #include "lsmvs/report/report.h"
 #include "lsmvs/util/atomic_file.h"
@@ -31,6 +32,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kPhotoQuality = 82;
+constexpr double kMaxTexels = 6e6;  // of a texture on the page
 
 // A mesh file that is compared.
 struct Candidate {
@@ -46,6 +48,7 @@ std::vector<Candidate> FindMeshes(const DenseWorkspace& workspace, const std::st
     candidates.push_back(
         {workspace.folder / mesher.file, mesher.title, "colmap " + mesher.command});
   }
+  candidates.push_back({workspace.folder / "textured" / "mesh.ply", "textured", "mesh_texturer"});
   std::erase_if(candidates, [](const Candidate& c) { return !fs::exists(c.path); });
   std::istringstream stream(further);
   for (std::string path; std::getline(stream, path, ',');) {
@@ -179,8 +182,9 @@ class Comparison {
 
   void AddMesh(const Candidate& candidate) {
     context_.display->Begin("Measuring " + candidate.path.filename().string());
-    const TriangleMesh mesh = ReadMeshPly(candidate.path, scene_.world_offset, NotFinite::kKeep);
-    if (mesh.faces.empty()) {
+    const TexturedMesh textured =
+        ReadTexturedPly(candidate.path, scene_.world_offset, NotFinite::kKeep);
+    if (textured.mesh.faces.empty()) {
       report_.missing.emplace_back(candidate.title, candidate.path.string() + " has no faces");
       context_.display->End("no faces");
       return;
@@ -190,14 +194,15 @@ class Comparison {
     entry.origin = candidate.origin;
     entry.file = candidate.path.filename().string();
     entry.file_bytes = fs::file_size(candidate.path);
-    Measure(mesh, candidate, &entry);
+    Measure(textured, candidate, &entry);
     SetCost(candidate, &entry);
     report_.meshes.push_back(std::move(entry));
     context_.display->End();
   }
 
-  void Measure(const TriangleMesh& mesh, const Candidate& candidate, ReportMesh* entry) {
+  void Measure(const TexturedMesh& textured, const Candidate& candidate, ReportMesh* entry) {
     const RunContext& run = context_.run;
+    const TriangleMesh& mesh = textured.mesh;
     const MeshTracer tracer(mesh, run);
     entry->figures.name = entry->file;
     entry->figures.inspection = Inspect(mesh);
@@ -211,15 +216,45 @@ class Comparison {
     }
     entry->figures.photometric = MeasurePhotometricScore(
         tracer, mesh, scene_, *images_, FindViews(scene_, options_.view_names),
-        evaluator_ == nullptr, options_.photo, run.Part(0.3, 0.6));
+        evaluator_ == nullptr, options_.photo, run.Part(0.3, 0.5));
+    std::optional<TexturePages> pages;
+    if (textured.has_texture()) pages.emplace(textured, run.memory_budget_bytes / 4);
+    ScoreColors(mesh, tracer, pages ? &*pages : nullptr, run.Part(0.5, 0.6), entry);
     const SimplifiedMesh simplified =
         SimplifyMesh(mesh, static_cast<size_t>(options_.max_num_faces), run.Part(0.6, 0.75));
     entry->errors = Errors(simplified, *entry);
     entry->figures.photometric->vertex_zncc = {};
     entry->shown = simplified.mesh;
-    if (entry->shown.vertex_colors.empty()) ColorFromPhotos(run.Part(0.75, 0.8), entry);
+    if (pages) {
+      ShowTexture(*pages, tracer, run, entry);
+    } else if (entry->shown.vertex_colors.empty()) {
+      ColorFromPhotos(run.Part(0.75, 0.8), entry);
+    }
     entry->picture = FileStem(candidate) + ".png";
-    WritePictures(mesh, tracer, *entry);
+    WritePictures(mesh, tracer, pages ? &*pages : nullptr, *entry);
+  }
+
+  // How well texture or vertex colours show the photos.
+  void ScoreColors(const TriangleMesh& mesh, const MeshTracer& tracer, const TexturePages* pages,
+                   const RunContext& run, ReportMesh* entry) {
+    if (pages != nullptr) entry->figures.atlas = MeasureAtlas(*pages);
+    if (pages == nullptr && mesh.vertex_colors.empty()) return;
+    TextureScoreOptions options;
+    options.level = options_.photo.level;
+    entry->figures.texture =
+        MeasureTextureScore(tracer, mesh, pages, scene_, *images_,
+                            FindViews(scene_, options_.view_names), options, run);
+  }
+
+  // The texture on the simplified mesh, on one page.
+  void ShowTexture(const TexturePages& pages, const MeshTracer& tracer, const RunContext& run,
+                   ReportMesh* entry) {
+    TransferredTexture texture =
+        TransferTexture(pages, tracer, entry->shown, kMaxTexels, run.Part(0.75, 0.8));
+    entry->texcoords = std::move(texture.texcoords);
+    entry->texture_size = {texture.page.width, texture.page.height};
+    entry->texture_jpeg = EncodeJpeg(texture.page, kPhotoQuality);
+    entry->shown.vertex_colors.clear();
   }
 
   // COLMAP's Delaunay mesher writes no colours; the page shows all meshes alike.
@@ -250,12 +285,18 @@ class Comparison {
     return errors;
   }
 
-  void WritePictures(const TriangleMesh& mesh, const MeshTracer& tracer, const ReportMesh& entry) {
+  void WritePictures(const TriangleMesh& mesh, const MeshTracer& tracer, const TexturePages* pages,
+                     const ReportMesh& entry) {
     const Viewpoint viewpoint = ViewpointOf(scene_.views[key_photo_], options_.picture_width);
     RenderOptions render;
     render.antialiasing = 2;
     WritePng(folder_ / entry.picture,
              RenderMesh(mesh, tracer, viewpoint, render, context_.run.Part(0.8, 0.9)));
+    if (pages != nullptr) {
+      render.style = RenderStyle::kColor;
+      WritePng(folder_ / (fs::path(entry.picture).stem().string() + "-texture.png"),
+               RenderMesh(mesh, tracer, viewpoint, render, context_.run.Part(0.8, 0.9), pages));
+    }
     TriangleMesh colored = entry.shown;
     colored.vertex_colors =
         ErrorColors(std::vector<double>(entry.errors.begin(), entry.errors.end()), 1);

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <sstream>
 
 #include "lsmvs/cli/nearest_name.h"
@@ -94,6 +95,17 @@ std::vector<Eigen::Vector3d> CentralVertices(const TriangleMesh& mesh, const Sce
     if (box.contains(x)) central.push_back(x);
   }
   return central.size() > mesh.vertices.size() / 20 ? central : mesh.vertices;
+}
+
+Eigen::Vector3d ParseDirection(const std::string& option, const std::string& text) {
+  Eigen::Vector3d direction;
+  char rest = 0;
+  const int count = std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &direction.x(), &direction.y(),
+                                &direction.z(), &rest);
+  if (count != 3 || !direction.allFinite() || direction.norm() == 0) {
+    throw UsageError(fmt::format("--{} '{}' must be three numbers such as 0,0,1", option, text));
+  }
+  return direction.normalized();
 }
 
 TurntableOptions TurntableBefore(const std::vector<Eigen::Vector3d>& points,

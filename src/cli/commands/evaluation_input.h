@@ -26,6 +26,9 @@ std::vector<int> FindViews(const Scene& scene, const std::string& names);
 // without photos.
 Eigen::Vector3d UpDirection(const std::vector<View>& views);
 
+// A direction of unit length from text such as "0,0,1". Throws UsageError that names `option`.
+Eigen::Vector3d ParseDirection(const std::string& option, const std::string& text);
+
 // The photo that shows most sparse points; -1 without photos.
 int MostRevealingView(const Scene& scene);
 

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <optional>
 
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
 #include "lsmvs/evaluation/error_colors.h"
 #include "lsmvs/evaluation/evaluation_text.h"
-#include "lsmvs/mesh/ply.h"
+#include "lsmvs/mesh/textured_ply.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/error.h"
 
@@ -33,13 +34,20 @@ class MeshEvaluator : public Command {
         "warped through the mesh. Give --view_names with photos that the reconstruction has not "
         "seen "
         "for an honest score.\n"
+        "With --texture: the mesh is drawn with its texture (or vertex colours) from the photos' "
+        "poses and compared with the photos, after fitting a gain and a bias per photo: PSNR, "
+        "SSIM, 1 - NCC. Of a texture also its seams and how well its pages are used. Compare "
+        "textures on the same mesh, on photos that they were not made from: --view_names or "
+        "--view_step.\n"
         "With --workspace_path also how torn the mesh looks from the photos' poses: holes, ragged "
         "rims, lumps.\n"
         "A file without faces is taken as a cloud. Nothing of the workspace is changed.";
     info.examples = {
         "lsmvs mesh_evaluator --input_path mesh.ply --ground_truth_path truth.ply --workspace_path "
         "dense",
-        "lsmvs mesh_evaluator --input_path mesh.ply --workspace_path dense --json_path score.json"};
+        "lsmvs mesh_evaluator --input_path mesh.ply --workspace_path dense --json_path score.json",
+        "lsmvs mesh_evaluator --input_path textured/mesh.ply --workspace_path dense --texture "
+        "--view_step 8"};
     info.required = {"input_path"};
     return info;
   }
@@ -51,7 +59,13 @@ class MeshEvaluator : public Command {
     options->Add("photometric", &photometric_, "Compare with the photos although there is a truth");
     options->Add(
         "view_names", &view_names_,
-        "Photos that the photometric score is measured on, separated by commas; empty: all");
+        "Photos that are scored, separated by commas; empty: all, or every --view_step-th");
+    options->Add("view_step", &view_step_,
+                 "Without --view_names: every how many photos, in the order of their names, one is "
+                 "scored; the first is",
+                 {1, 1000000});
+    options->Add("texture", &texture_,
+                 "Score texture or vertex colours on the photos, and the texture itself");
     options->Add("json_path", &json_path_, "Write the figures as JSON; '-' prints them instead");
     options->Add(
         "error_path", &error_path_,
@@ -59,13 +73,16 @@ class MeshEvaluator : public Command {
     surface_.Describe(options);
     depth_.Describe(options);
     photo_.Describe(options);
+    texture_score_.Describe(options);
   }
 
   void Run(const CommandContext& context) override {
     CheckOptions();
-    if (!workspace_path_.empty()) scene_ = LoadSceneToEvaluate(workspace_path_, Photometric());
+    if (!workspace_path_.empty()) {
+      scene_ = LoadSceneToEvaluate(workspace_path_, Photometric() || texture_);
+    }
     const Eigen::Vector3d offset = scene_ ? scene_->world_offset : Eigen::Vector3d::Zero();
-    mesh_ = ReadMeshPly(input_path_, offset, NotFinite::kKeep);
+    ReadInput(offset);
     figures_.name = input_path_;
     if (!mesh_.faces.empty()) figures_.inspection = Inspect(mesh_);
     if (!mesh_.faces.empty()) tracer_ = std::make_unique<MeshTracer>(mesh_, context.run);
@@ -76,15 +93,54 @@ class MeshEvaluator : public Command {
       CompareWithTruth(ReadMeshPly(ground_truth_path_, offset, NotFinite::kKeep), context);
     }
     if (Photometric()) CompareWithPhotos(context);
+    if (texture_) ScoreTexture(context);
     WriteResults(offset);
   }
 
  private:
-  bool Photometric() const { return photometric_ || ground_truth_path_.empty(); }
+  bool Photometric() const { return photometric_ || (ground_truth_path_.empty() && !texture_); }
+
+  // The texture is only looked for where it is asked for.
+  void ReadInput(const Eigen::Vector3d& offset) {
+    if (!texture_) {
+      mesh_ = ReadMeshPly(input_path_, offset, NotFinite::kKeep);
+      return;
+    }
+    textured_ = ReadTexturedPly(input_path_, offset, NotFinite::kKeep);
+    mesh_ = textured_.mesh;
+    if (mesh_.faces.empty()) {
+      throw InputError(input_path_, "has no faces", "--texture needs a mesh");
+    }
+    if (!textured_.has_texture() && mesh_.vertex_colors.empty()) {
+      throw InputError(input_path_, "has neither texture nor vertex colours",
+                       "give a mesh with one of them, or leave out --texture");
+    }
+  }
+
+  std::vector<int> ScoredViews() const {
+    const std::vector<int> named = FindViews(*scene_, view_names_);
+    if (!named.empty() || view_step_ == 1) return named;
+    std::vector<int> order(scene_->views.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](int a, int b) {
+      return scene_->views[static_cast<size_t>(a)].name <
+             scene_->views[static_cast<size_t>(b)].name;
+    });
+    std::vector<int> scored;
+    for (size_t i = 0; i < order.size(); i += static_cast<size_t>(view_step_)) {
+      scored.push_back(order[i]);
+    }
+    return scored;
+  }
 
   void CheckOptions() const {
     std::string error;
-    if (!surface_.Check(&error) || !photo_.Check(&error)) throw UsageError("--" + error);
+    if (!surface_.Check(&error) || !photo_.Check(&error) || !texture_score_.Check(&error)) {
+      throw UsageError("--" + error);
+    }
+    if (texture_ && workspace_path_.empty()) {
+      throw UsageError("--texture needs --workspace_path");
+    }
     if (ground_truth_path_.empty() && workspace_path_.empty()) {
       throw UsageError("give --ground_truth_path, --workspace_path or both; see --help");
     }
@@ -119,10 +175,22 @@ class MeshEvaluator : public Command {
     context.display->Begin("Comparing with the photos");
     const std::unique_ptr<ImageStore> images = MakeImageStore(*scene_, {});
     const bool color = !error_path_.empty() && ground_truth_path_.empty();
-    figures_.photometric =
-        MeasurePhotometricScore(*tracer_, mesh_, *scene_, *images, FindViews(*scene_, view_names_),
-                                color, photo_, context.run);
+    figures_.photometric = MeasurePhotometricScore(*tracer_, mesh_, *scene_, *images, ScoredViews(),
+                                                   color, photo_, context.run);
     if (color) ColorByCorrelation(figures_.photometric->vertex_zncc);
+    context.display->End();
+  }
+
+  void ScoreTexture(const CommandContext& context) {
+    context.display->Begin("Comparing colours with the photos");
+    const std::unique_ptr<ImageStore> images = MakeImageStore(*scene_, {});
+    std::optional<TexturePages> pages;
+    if (textured_.has_texture()) {
+      pages.emplace(textured_, context.run.memory_budget_bytes / 4);
+      figures_.atlas = MeasureAtlas(*pages);
+    }
+    figures_.texture = MeasureTextureScore(*tracer_, mesh_, pages ? &*pages : nullptr, *scene_,
+                                           *images, ScoredViews(), texture_score_, context.run);
     context.display->End();
   }
 
@@ -156,13 +224,16 @@ class MeshEvaluator : public Command {
 
   std::string input_path_, ground_truth_path_, workspace_path_, view_names_, json_path_,
       error_path_;
-  bool photometric_ = false;
+  bool photometric_ = false, texture_ = false;
+  int view_step_ = 1;
   SurfaceEvaluationOptions surface_;
   DepthErrorOptions depth_;
   PhotometricOptions photo_;
+  TextureScoreOptions texture_score_;
 
   std::optional<Scene> scene_;
   TriangleMesh mesh_;
+  TexturedMesh textured_;  // with --texture
   std::unique_ptr<MeshTracer> tracer_;
   MeshFigures figures_;
 };

@@ -9,7 +9,7 @@
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
 #include "lsmvs/image/image_codec.h"
-#include "lsmvs/mesh/ply.h"
+#include "lsmvs/mesh/textured_ply.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
@@ -38,7 +38,7 @@ class MeshRendererCommand : public Command {
   }
 
   void Describe(OptionSet* options) override {
-    options->Add("input_path", &input_path_, "Mesh to draw (PLY)");
+    options->Add("input_path", &input_path_, "Mesh to draw (PLY, with or without texture)");
     options->Add("output_path", &output_path_, "Picture to write (PNG); replaced if it is there");
     options->Add("workspace_path", &workspace_path_, "Workspace with the poses of the photos");
     options->Add("view_name", &view_name_, "Photo whose pose is taken");
@@ -62,16 +62,20 @@ class MeshRendererCommand : public Command {
     if (!workspace_path_.empty()) scene_ = LoadSceneToEvaluate(workspace_path_, false);
     if (!scene_ && !view_name_.empty()) throw UsageError("--view_name needs --workspace_path");
     const Eigen::Vector3d offset = scene_ ? scene_->world_offset : Eigen::Vector3d::Zero();
-    const TriangleMesh mesh = ReadMeshPly(input_path_, offset, NotFinite::kKeep);
+    const TexturedMesh textured = ReadTexturedPly(input_path_, offset, NotFinite::kKeep);
+    const TriangleMesh& mesh = textured.mesh;
     if (mesh.faces.empty()) {
       throw InputError(input_path_, "has no faces", "clouds cannot be drawn; give a mesh");
     }
     context.display->Begin("Drawing");
     const MeshTracer tracer(mesh, context.run);
+    std::optional<TexturePages> texture;
+    if (textured.has_texture()) texture.emplace(textured, context.run.memory_budget_bytes / 2);
     const std::vector<Viewpoint> viewpoints = Viewpoints(mesh);
     for (size_t i = 0; i < viewpoints.size(); ++i) {
       const std::string path = FramePath(i, viewpoints.size());
-      WritePng(path, RenderMesh(mesh, tracer, viewpoints[i], render_, context.run));
+      WritePng(path, RenderMesh(mesh, tracer, viewpoints[i], render_, context.run,
+                                texture ? &*texture : nullptr));
       context.run.Report(static_cast<double>(i + 1) / static_cast<double>(viewpoints.size()));
     }
     context.display->End();
@@ -88,7 +92,7 @@ class MeshRendererCommand : public Command {
     const std::vector<Eigen::Vector3d> points = CentralVertices(mesh, scene_ ? *scene_ : Scene());
     TurntableOptions options =
         TurntableBefore(points, scene_ ? scene_->views : std::vector<View>());
-    if (!up_.empty()) options.up = ParseDirection(up_);
+    if (!up_.empty()) options.up = ParseDirection("up", up_);
     options.elevation_deg = elevation_;
     options.fit_share = fit_share_;
     options.width = width_;
@@ -99,17 +103,6 @@ class MeshRendererCommand : public Command {
       viewpoints.push_back(TurntableViewpoint(points, options));
     }
     return viewpoints;
-  }
-
-  static Eigen::Vector3d ParseDirection(const std::string& text) {
-    Eigen::Vector3d direction;
-    char rest = 0;
-    const int count = std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &direction.x(), &direction.y(),
-                                  &direction.z(), &rest);
-    if (count != 3 || !direction.allFinite() || direction.norm() == 0) {
-      throw UsageError(fmt::format("--up '{}' must be three numbers such as 0,0,1", text));
-    }
-    return direction.normalized();
   }
 
   std::string FramePath(size_t frame, size_t num_frames) const {

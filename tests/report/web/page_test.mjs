@@ -140,6 +140,21 @@ const tests = {
     assert.equal(colors.length, 4);
     colors.forEach((c, i) => assert(looks(c, MESH_COLORS[names[i]]), `${names[i]} looks like ${c}`));
   },
+  async 'a texture is drawn as it is, with its corners in place'(page) {
+    await page.check('#style-color', { force: true });
+    await page.selectOption('#photo', { label: 'photo2.jpg' });
+    const place = async (x, y) => page.evaluate(([px, py]) => {
+      const { viewer } = window.lsmvsReport;
+      const box = viewer.panes[1].element.getBoundingClientRect();
+      viewer.rig.project(box.width, box.height);
+      const p = viewer.rig.camera.position.clone().set(px, py, 0).project(viewer.rig.camera);
+      return [box.x + ((p.x + 1) / 2) * box.width, box.y + ((1 - p.y) / 2) * box.height];
+    }, [x, y]);
+    for (let tries = 0; tries < 100 && !(await page.evaluate(() => window.lsmvsReport.viewer.meshes[1].material.uniforms.hasPage.value)); ++tries) await page.waitForTimeout(50);
+    const [green, white] = await colorsAt(page, [await place(0, 0.2), await place(0.8, 0.8)]);
+    assert(far(green, [30, 200, 30]) < 8, `the texture looks like ${green}`);
+    assert(far(white, [255, 255, 255]) < 8, `the white corner looks like ${white}`);
+  },
   async 'a photo pose is held by all views and shows the mesh where the photo has it'(page) {
     await page.selectOption('#photo', { label: 'photo0.jpg' });
     await linked(page);

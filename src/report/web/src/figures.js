@@ -39,12 +39,21 @@ function rowsOf(meshes) {
   const photometric = (key) => (m) => m.figures.photometric?.[key];
   const silhouettes = (key) => (m) => m.figures.silhouettes?.[key];
   const mesh = (key) => (m) => m.figures.mesh?.[key];
+  const texture = (key) => (m) => m.figures.texture?.[key];
+  const atlas = (key) => (m) => m.figures.atlas?.[key];
   return [
     ...truthRows(meshes),
     { group: 'Against the photos' },
     { name: 'Covered share of the photos', get: photometric('coverage'), show: share, best: 'max' },
     { name: 'Mean correlation (ZNCC) where covered', get: photometric('mean_zncc'), show: share, best: 'max' },
     { name: 'Score (both together)', get: photometric('score'), show: share, best: 'max' },
+    { group: 'Texture or vertex colours drawn at the poses of the photos' },
+    { name: 'PSNR, dB', get: texture('psnr'), show: (x) => x.toFixed(2), best: 'max' },
+    { name: 'SSIM', get: texture('ssim'), show: fine, best: 'max' },
+    { name: '1 - NCC', get: texture('one_minus_ncc'), show: fine, best: 'min' },
+    { name: 'Step at seams over the step inside', get: atlas('seam_ratio'), show: share, best: 'min' },
+    { name: 'Charts', get: atlas('charts'), show: count },
+    { name: 'Share of the texels in use', get: atlas('utilisation'), show: share, best: 'max' },
     { group: 'Seen from the poses of the photos' },
     { name: 'Holes (enclosed background), share of the mesh', get: silhouettes('hole_share'), show: fine, best: 'min' },
     { name: 'Torn (narrow gaps and bays), share of the mesh', get: silhouettes('torn_share'), show: fine, best: 'min' },

@@ -13,6 +13,7 @@ let photoIndex = null; // chosen in the list
 const shown = []; // mesh of each view
 
 const say = (text) => { $('status').textContent = text; };
+const isColored = (mesh) => mesh.packed.colors || mesh.packed.texture;
 const reveal = (id, wanted) => { $(id).hidden = !wanted; };
 const narrow = () => window.matchMedia('(max-width: 720px)').matches;
 
@@ -232,10 +233,10 @@ function connect() {
     ...[2, 3, 4].filter((n) => n <= Math.max(numMeshes, numMeshes > 1 ? 2 : 0)).map((n) => ({ value: String(n), label: `${n} views` })),
     ...(numMeshes > 1 ? [{ value: 'wipe', label: 'Wipe', title: 'Two meshes in one view, with a line to drag between them' }] : []),
   ], setLayout);
-  const hasColors = meshes.some((m) => m.packed.colors), hasErrors = meshes.some((m) => m.packed.errors);
+  const hasColors = meshes.some(isColored), hasErrors = meshes.some((m) => m.packed.errors);
   radios($('style'), 'style', [
     { value: 'clay', label: 'Clay' },
-    { value: 'color', label: 'Colour', disabled: !hasColors, title: hasColors ? '' : 'No mesh has vertex colours' },
+    { value: 'color', label: 'Colour', disabled: !hasColors, title: hasColors ? '' : 'No mesh has texture or vertex colours' },
     { value: 'normals', label: 'Normals' },
     { value: 'errors', label: 'Errors', disabled: !hasErrors, title: hasErrors ? '' : 'No errors were measured' },
   ], setStyle);
@@ -292,7 +293,7 @@ async function start() {
     return;
   }
   setLayout(meshes.length === 1 ? '1' : narrow() ? '2' : String(Math.min(meshes.length, 4)));
-  setStyle(meshes.some((m) => m.packed.colors) && meshes.every((m) => m.packed.colors) ? 'color' : 'clay');
+  setStyle(meshes.length && meshes.every(isColored) ? 'color' : 'clay');
   setWipe(0.5);
   if (report.key_photo >= 0) setPhoto(report.key_photo);
   let wasNarrow = narrow();

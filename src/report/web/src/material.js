@@ -12,6 +12,8 @@ function errorTexture() {
 const VERTEX = `
 in vec3 rgb;
 in float error;
+in vec2 texcoord;
+out vec2 vTexcoord;
 out vec3 inCam;
 out vec3 vNormal;
 out vec3 vColor;
@@ -22,6 +24,7 @@ void main() {
   vNormal = mat3(modelViewMatrix) * normal;
   vColor = rgb;
   vError = error;
+  vTexcoord = texcoord;
   gl_Position = projectionMatrix * x;
 }`;
 
@@ -31,12 +34,15 @@ in vec3 inCam;
 in vec3 vNormal;
 in vec3 vColor;
 in float vError;
+in vec2 vTexcoord;
 uniform int style;
 uniform bool facets;
 uniform bool hasColor;
 uniform bool hasError;
 uniform vec3 up;
 uniform sampler2D errorColors;
+uniform bool hasPage;
+uniform sampler2D page;
 out vec4 result;
 vec3 toLinear(vec3 c) { return pow(c, vec3(2.2)); }
 void main() {
@@ -48,6 +54,7 @@ void main() {
   float key = max(0.0, dot(n, normalize(vec3(-0.5, 0.75, 0.85))));
   float light = 0.50 * (0.75 + 0.25 * dot(n, up)) + 0.86 * key;
   vec3 albedo = vec3(0.55, 0.52, 0.48);
+  if (style == 1 && hasPage) { result = vec4(texture(page, vTexcoord).rgb, 1.0); return; } // as the photos show it
   if (style == 1 && hasColor) { albedo = toLinear(vColor); light = mix(1.0, light, 0.35); }
   if (style == 3) {
     albedo = vec3(0.3);
@@ -76,6 +83,8 @@ export function meshMaterial(hasColor, hasError) {
       hasError: { value: hasError },
       up: { value: null },
       errorColors: { value: sharedTexture },
+      hasPage: { value: false },
+      page: { value: sharedTexture },
     },
   });
 }

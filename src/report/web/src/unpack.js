@@ -30,6 +30,19 @@ function readPlane(bytes, offset, count, out, stride, start) {
   }
 }
 
+// Texture coordinates of the corners, u and v.
+function readTexcoords(bytes, offset, count) {
+  const texcoords = new Float32Array(2 * count);
+  for (let axis = 0; axis < 2; ++axis, offset += 2 * count) {
+    let value = 0;
+    for (let i = 0; i < count; ++i) {
+      value = (value + (bytes[offset + i] | (bytes[offset + count + i] << 8))) & 0xffff;
+      texcoords[2 * i + axis] = value / 65535;
+    }
+  }
+  return texcoords;
+}
+
 function readFaces(bytes, offset, count) {
   const indices = new Uint32Array(count);
   let last = 0;
@@ -43,7 +56,7 @@ function readFaces(bytes, offset, count) {
     last += (code >>> 1) ^ -(code & 1);
     indices[i] = last;
   }
-  return indices;
+  return { indices, end: offset };
 }
 
 // Area-weighted vertex normals.
@@ -66,7 +79,8 @@ function computeNormals(positions, indices) {
 
 const pause = () => new Promise((resolve) => setTimeout(resolve));
 
-// Typed arrays of a mesh: positions (relative to `center`), normals, indices, colors (RGB) and errors or null.
+// Typed arrays of a mesh: positions (relative to `center`), normals, indices; colors (RGB), errors and texcoords (u, v of each
+// corner, v down) or null.
 export async function unpackMesh(element, packed, center) {
   const bytes = await inflate(bytesOfBase64(element.textContent));
   element.remove();
@@ -88,7 +102,8 @@ export async function unpackMesh(element, packed, center) {
     offset += n;
   }
   await pause();
-  const indices = readFaces(bytes, offset, 3 * packed.faces);
+  const { indices, end } = readFaces(bytes, offset, 3 * packed.faces);
   await pause();
-  return { positions, indices, colors, errors, normals: computeNormals(positions, indices) };
+  const texcoords = packed.texture ? readTexcoords(bytes, end, 3 * packed.faces) : null;
+  return { positions, indices, colors, errors, texcoords, normals: computeNormals(positions, indices) };
 }

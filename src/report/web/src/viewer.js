@@ -1,5 +1,5 @@
 import {
-  BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments, Mesh, OrthographicCamera, PlaneGeometry, Scene,
+  BufferAttribute, BufferGeometry, LineBasicMaterial, LinearMipmapLinearFilter, LineSegments, Mesh, OrthographicCamera, PlaneGeometry, Scene,
   ShaderMaterial, Texture, Vector3, WebGLRenderer, WireframeGeometry, GLSL3,
 } from 'three';
 import { borderLoops } from './borders.js';
@@ -20,6 +20,13 @@ function photoMaterial() {
       'void main() { result = vec4(texture(photo, place).rgb, opacity); }',
     uniforms: { photo: { value: null }, opacity: { value: 0 } },
   });
+}
+
+// Values of vertices for the corners of the faces.
+function perCorner(values, size, indices) {
+  const result = new values.constructor(size * indices.length);
+  for (let i = 0; i < indices.length; ++i) for (let k = 0; k < size; ++k) result[size * i + k] = values[size * indices[i] + k];
+  return result;
 }
 
 // Lines from the centres of the photos to the corners of their pictures.
@@ -83,16 +90,36 @@ export class Viewer {
 
   addMesh(index, data) {
     const geometry = new BufferGeometry();
-    geometry.setIndex(new BufferAttribute(data.indices, 1));
-    geometry.setAttribute('position', new BufferAttribute(data.positions, 3));
-    geometry.setAttribute('normal', new BufferAttribute(data.normals, 3));
-    if (data.colors) geometry.setAttribute('rgb', new BufferAttribute(data.colors, 3, true));
-    if (data.errors) geometry.setAttribute('error', new BufferAttribute(data.errors, 1, true));
+    // A vertex has several texture coordinates where charts meet: a textured mesh is drawn corner by corner.
+    const spread = data.texcoords ? (values, size) => perCorner(values, size, data.indices) : (values) => values;
+    if (!data.texcoords) geometry.setIndex(new BufferAttribute(data.indices, 1));
+    geometry.setAttribute('position', new BufferAttribute(spread(data.positions, 3), 3));
+    geometry.setAttribute('normal', new BufferAttribute(spread(data.normals, 3), 3));
+    if (data.colors) geometry.setAttribute('rgb', new BufferAttribute(spread(data.colors, 3), 3, true));
+    if (data.errors) geometry.setAttribute('error', new BufferAttribute(spread(data.errors, 1), 1, true));
+    if (data.texcoords) geometry.setAttribute('texcoord', new BufferAttribute(data.texcoords, 2));
     const mesh = new Mesh(geometry, meshMaterial(!!data.colors, !!data.errors));
+    mesh.userData.surface = { positions: data.positions, indices: data.indices };
+    if (data.texcoords) this.loadTexture(index, mesh);
     mesh.frustumCulled = false;
     mesh.visible = false;
     this.scene.add(mesh);
     this.meshes[index] = mesh;
+  }
+
+  loadTexture(index, mesh) {
+    const image = new Image();
+    image.onload = () => {
+      const texture = new Texture(image);
+      texture.colorSpace = ''; // the shader passes the values through
+      texture.flipY = false;
+      texture.minFilter = LinearMipmapLinearFilter;
+      texture.needsUpdate = true;
+      mesh.material.uniforms.page.value = texture;
+      mesh.material.uniforms.hasPage.value = true;
+      this.request();
+    };
+    image.src = `data:image/jpeg;base64,${document.getElementById(`texture-${index}`).textContent}`;
   }
 
   // Lines of a mesh, made when they are first wanted.
@@ -108,8 +135,8 @@ export class Viewer {
   // The mesh's border: its longest loop, the rim, in one colour, the holes in another. Made when it is first wanted.
   bordersOf(mesh) {
     if (!mesh.userData.borders) {
-      const positions = mesh.geometry.getAttribute('position').array;
-      const loops = borderLoops(positions, mesh.geometry.index.array);
+      const { positions, indices } = mesh.userData.surface;
+      const loops = borderLoops(positions, indices);
       const count = loops.reduce((sum, loop) => sum + loop.length, 0);
       const points = new Float32Array(6 * count), colors = new Float32Array(6 * count);
       let at = 0;

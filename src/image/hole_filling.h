@@ -1,0 +1,13 @@
+#pragma once
+
+#include "lsmvs/image/raster.h"
+
+namespace lsmvs {
+
+// Gives each pixel that is not `known` (0) a smooth continuation of those that are: the mean of the
+// known pixels of the finest power-of-two block around it that has any (pull-push, Gortler et al.,
+// SIGGRAPH 1996, without blending). Known pixels stay. An image without known pixels becomes black.
+// O(pixels).
+void FillHoles(const ByteImage& known, ColorImage* image);
+
+}  // namespace lsmvs

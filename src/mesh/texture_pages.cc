@@ -1,0 +1,74 @@
+#include "lsmvs/mesh/texture_pages.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lsmvs/image/image_codec.h"
+
+namespace lsmvs {
+
+namespace {
+
+size_t BytesOf(const ColorImage& image) { return image.size() * sizeof(Color); }
+
+}  // namespace
+
+TexturePages::TexturePages(const TexturedMesh& textured, size_t budget_bytes)
+    : textured_(textured), budget_bytes_(budget_bytes), entries_(textured.pages.size()) {}
+
+std::shared_ptr<const ColorImage> TexturePages::Page(size_t page) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Entry& entry = entries_[page];
+  if (!entry.image) {
+    entry.image = std::make_shared<const ColorImage>(ReadColors(textured_.pages[page]));
+    held_bytes_ += BytesOf(*entry.image);
+    Evict(page);
+  }
+  entry.last_use = ++clock_;
+  return entry.image;
+}
+
+void TexturePages::Evict(size_t kept) const {
+  while (held_bytes_ > budget_bytes_) {
+    Entry* oldest = nullptr;
+    for (size_t p = 0; p < entries_.size(); ++p) {
+      if (p == kept || !entries_[p].image) continue;
+      if (oldest == nullptr || entries_[p].last_use < oldest->last_use) oldest = &entries_[p];
+    }
+    if (oldest == nullptr) return;
+    held_bytes_ -= BytesOf(*oldest->image);
+    oldest->image.reset();
+  }
+}
+
+Eigen::Vector2f TexturePages::FilePixel(size_t face, const Eigen::Vector2f& barycentric,
+                                        const ColorImage& page) const {
+  const std::array<Eigen::Vector2f, 3>& corners = textured_.texcoords[face];
+  const Eigen::Vector2f x = corners[0] + barycentric[0] * (corners[1] - corners[0]) +
+                            barycentric[1] * (corners[2] - corners[0]);
+  const Eigen::Vector2f stretch(
+      static_cast<float>(page.width) / static_cast<float>(textured_.page_width),
+      static_cast<float>(page.height) / static_cast<float>(textured_.page_height));
+  return x.cwiseProduct(stretch);
+}
+
+Eigen::Vector3f TexturePages::Sample(size_t face, const Eigen::Vector2f& barycentric) const {
+  const std::shared_ptr<const ColorImage> page = Page(textured_.page_idx[face]);
+  return SampleColor(*page, FilePixel(face, barycentric, *page));
+}
+
+Eigen::Vector3f SampleColor(const ColorImage& image, const Eigen::Vector2f& x_px) {
+  const float x = std::clamp(x_px.x() - 0.5f, 0.0f, static_cast<float>(image.width - 1));
+  const float y = std::clamp(x_px.y() - 0.5f, 0.0f, static_cast<float>(image.height - 1));
+  const int left = static_cast<int>(x), top = static_cast<int>(y);
+  const int right = std::min(left + 1, image.width - 1);
+  const int bottom = std::min(top + 1, image.height - 1);
+  const float a = x - static_cast<float>(left), b = y - static_cast<float>(top);
+  const auto at = [&](int column, int row) -> Eigen::Vector3f {
+    return image(column, row).cast<float>();
+  };
+  return (1 - b) * ((1 - a) * at(left, top) + a * at(right, top)) +
+         b * ((1 - a) * at(left, bottom) + a * at(right, bottom));
+}
+
+}  // namespace lsmvs
