@@ -127,8 +127,8 @@ class TextureCollector {
   void Finish() {
     if (texcoord_ >= 0) return;
     for (const Eigen::Vector3i& face : textured_->mesh.faces) {
-      textured_->texcoords.push_back({vertex_texcoords_[face[0]], vertex_texcoords_[face[1]],
-                                      vertex_texcoords_[face[2]]});
+      textured_->texcoords.push_back(
+          {vertex_texcoords_[face[0]], vertex_texcoords_[face[1]], vertex_texcoords_[face[2]]});
     }
   }
 
@@ -209,10 +209,10 @@ void WriteTexturedPly(const std::filesystem::path& path, const TexturedMesh& tex
     file.Write(fmt::format("comment {}{}\n", kPageComment, page.filename().string()));
   }
   file.Write(vertices.Header());
-  file.Write(fmt::format("element face {}\nproperty list uchar int vertex_indices\n"
-                         "property list uchar float texcoord\n{}end_header\n",
-                         textured.mesh.faces.size(),
-                         has_page_numbers ? "property int texnumber\n" : ""));
+  file.Write(
+      fmt::format("element face {}\nproperty list uchar int vertex_indices\n"
+                  "property list uchar float texcoord\n{}end_header\n",
+                  textured.mesh.faces.size(), has_page_numbers ? "property int texnumber\n" : ""));
   vertices.WriteRows(&file);
   for (size_t f = 0; f < textured.mesh.faces.size(); ++f) {
     file.WriteValue(uint8_t{3});

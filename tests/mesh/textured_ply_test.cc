@@ -195,10 +195,11 @@ TEST_F(TexturedPlyTest, FindsPagesBesideTheMesh) {
   WritePng(folder_.path() / "sub" / "in.png", ColorImage(4, 4, Color(0, 0, 0)));
   WritePng(folder_.path() / "out.png", ColorImage(4, 4, Color(0, 0, 0)));
   const std::string face = "3 0 1 2 6 0 0 1 0 1 1 0";
-  for (const auto& [name, found] :
-       {std::pair("sub/in.png", "sub/in.png"), {"out.png", "out.png"},
-        {"elsewhere/out.png", "out.png"}, {"C:\\textures\\out.png", "out.png"},
-        {"/nowhere/out.png", "out.png"}}) {
+  for (const auto& [name, found] : {std::pair("sub/in.png", "sub/in.png"),
+                                    {"out.png", "out.png"},
+                                    {"elsewhere/out.png", "out.png"},
+                                    {"C:\\textures\\out.png", "out.png"},
+                                    {"/nowhere/out.png", "out.png"}}) {
     Write(Quad(name, face));
     EXPECT_EQ(ReadTexturedPly(Path()).pages.at(0), folder_.path() / found) << name;
   }
@@ -219,23 +220,25 @@ TEST_F(TexturedPlyTest, BadTexturesAreRefused) {
   EXPECT_TRUE(contains(ErrorOf(Quad("t.png", "3 0 1 2 4 0 0 1 0 0")), "3 corners and 4 numbers"));
   EXPECT_TRUE(contains(ErrorOf(Quad("t.png", "3 0 1 2 6 0 0 nan 0 1 1 0")), "not finite"));
   EXPECT_TRUE(contains(ErrorOf(Quad("t.png", "3 0 1 4 6 0 0 1 0 1 1 0")), "names vertex 4"));
-  EXPECT_TRUE(contains(ErrorOf("ply\nformat ascii 1.0\ncomment TextureFile t.png\n" +
-                               std::string(kVertices) +
-                               "element face 1\nproperty list uchar int vertex_index\n"
-                               "end_header\n" +
-                               kRows + "3 0 1 2\n"),
-                       "no texture coordinates"));
+  EXPECT_TRUE(contains(
+      ErrorOf("ply\nformat ascii 1.0\ncomment TextureFile t.png\n" + std::string(kVertices) +
+              "element face 1\nproperty list uchar int vertex_index\n"
+              "end_header\n" +
+              kRows + "3 0 1 2\n"),
+      "no texture coordinates"));
 }
 
 TEST_F(TexturedPlyTest, EveryTruncationIsFound) {
   AtlasOptions options;
   options.page_width = options.page_height = 64;
   options.chart_px = 10;
-  TexturedMesh textured = PaintAtlas(Sphere({0, 0, 0}, 1).Mesh(2), ColorAt, folder_.path(), options);
+  TexturedMesh textured =
+      PaintAtlas(Sphere({0, 0, 0}, 1).Mesh(2), ColorAt, folder_.path(), options);
   ASSERT_GT(textured.pages.size(), 1u);
   WriteTexturedPly(Path(), textured);
   const std::string whole = Bytes();
-  for (size_t length = 0; length < whole.size(); length += 1 + length / 400) ErrorOf(whole.substr(0, length));
+  for (size_t length = 0; length < whole.size(); length += 1 + length / 400)
+    ErrorOf(whole.substr(0, length));
 }
 
 TEST_F(TexturedPlyTest, BrokenBytesNeverCrash) {
