@@ -31,6 +31,7 @@ struct PlannedStage {
 };
 
 struct RunPlan {
+  bool overwrite = false;          // see PlanOptions
   std::vector<PlannedTask> tasks;  // one for each task given, in that order
   std::vector<PlannedStage> stages;
   // For each task, the temporary ones whose outputs nobody needs any more once it is done.
@@ -61,6 +62,9 @@ RunPlan PlanRun(const std::vector<Task>& tasks, const PlanOptions& options, RunS
 
 // The hash that TaskRecord::inputs_hash holds, from the files as they are on disk.
 std::string HashInputs(const Task& task, FileTable* files);
+
+// Throws Error(kOverwrite) if a file is there that is not ours.
+void CheckReplaceable(const std::filesystem::path& output, RunStore* store);
 
 // Why the task has to run, all its inputs being there; empty if it is up to date.
 std::string ReasonToRun(const Task& task, RunStore* store);

@@ -37,19 +37,27 @@ std::string Now() {
 // Removes what a task has staged, unless it was published.
 class StagingGuard {
  public:
-  StagingGuard(const Task& task, const RunStore& store) : task_(task), store_(store) {
-    store_.PrepareStaging(task_);
+  StagingGuard(const Task& task, const RunStore& store) : outputs_(task.outputs), store_(store) {
+    store_.PrepareStaging(outputs_);
   }
-  ~StagingGuard() { store_.DropStaging(task_); }
+  ~StagingGuard() { store_.DropStaging(outputs_); }
   StagingGuard(const StagingGuard&) = delete;
   StagingGuard& operator=(const StagingGuard&) = delete;
 
+  // Where to write it.
+  std::filesystem::path Add(const std::filesystem::path& output) {
+    outputs_.push_back(output);
+    store_.PrepareStaging({&outputs_.back(), 1});
+    return store_.StagedPath(output);
+  }
+  const std::vector<std::filesystem::path>& outputs() const { return outputs_; }
+
  private:
-  const Task& task_;
+  std::vector<std::filesystem::path> outputs_;
   const RunStore& store_;
 };
 
-void RunTask(const Task& task, RunStore* store, const RunContext& context) {
+void RunTask(const Task& task, bool overwrite, RunStore* store, const RunContext& context) {
   TaskRecord record;
   record.stage = task.stage;
   record.version = task.version;
@@ -59,17 +67,21 @@ void RunTask(const Task& task, RunStore* store, const RunContext& context) {
   record.temporary = task.temporary;
   std::vector<std::filesystem::path> staged;
   for (const auto& output : task.outputs) staged.push_back(store->StagedPath(output));
-  const StagingGuard guard(task, *store);
+  StagingGuard guard(task, *store);
+  const auto add_output = [&](const std::filesystem::path& output) {
+    if (!overwrite) CheckReplaceable(output, store);
+    return guard.Add(output);
+  };
   const PeakMemoryWatch memory;
   const Clock::time_point begin = Clock::now();
   const double cpu_begin = CpuSeconds();
-  record.counts = task.run({context, staged});
+  record.counts = task.run({context, staged, add_output});
   record.seconds = SecondsSince(begin);
   record.cpu_seconds = CpuSeconds() - cpu_begin;
   record.peak_bytes = memory.PeakBytes();
   ReturnFreedMemory();
   record.finished = Now();
-  store->Publish(task, std::move(record));
+  store->Publish(task.name, guard.outputs(), std::move(record));
 }
 
 // Removes what a temporary task of ours made, unless somebody changed it or it was made to be kept.
@@ -127,7 +139,7 @@ class StageRunner {
     if (ReasonToRun(task, &store_).empty()) {
       ++summary->num_up_to_date;
     } else {
-      RunTask(task, &store_, part);
+      RunTask(task, plan_.overwrite, &store_, part);
       ++summary->num_ran;
       summary->peak_bytes =
           std::max<uint64_t>(summary->peak_bytes, store_.tasks().at(task.name).peak_bytes);
