@@ -8,9 +8,9 @@ const std::vector<CommandFactory>& CommandTable() {
   static const std::vector<CommandFactory> table = {
       MakeQuasiDenseMatcher,   MakePatchMatchStereoCommand,
       MakeStereoFusionCommand, MakeVisibilityMesherCommand,
-      MakeMeshRefinerCommand,  MakeMeshSimplifier,
-      MakeMeshEvaluator,       MakeMeshRenderer,
-      MakeMeshComparer,
+      MakeMeshRefinerCommand,  MakeMeshTexturerCommand,
+      MakeMeshSimplifier,      MakeMeshEvaluator,
+      MakeMeshRenderer,        MakeMeshComparer,
   };
   return table;
 }

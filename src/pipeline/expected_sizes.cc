@@ -83,4 +83,15 @@ uint64_t ExpectedRefinedBytes(size_t num_input_faces) {
   return (kVertexBytes / kFacesPerVertex + kFaceBytes) * num_input_faces;
 }
 
+uint64_t ExpectedTexturedBytes(const Reconstruction& reconstruction, size_t num_faces) {
+  // A face has its corners and their texture coordinates.
+  constexpr uint64_t kVertexBytes = 3 * 4, kFaceBytes = 1 + 3 * 4 + 1 + 6 * 4 + 4;
+  constexpr double kBytesPerTexel = 2.2;  // of a PNG
+  const double texels =
+      ExpectedTexels(*reconstruction.images, ExpectedViewsPerPoint(reconstruction),
+                     reconstruction.options.texturing);
+  return (kVertexBytes / kFacesPerVertex + kFaceBytes) * num_faces +
+         static_cast<uint64_t>(kBytesPerTexel * texels);
+}
+
 }  // namespace lsmvs

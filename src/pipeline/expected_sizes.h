@@ -25,5 +25,7 @@ uint64_t ExpectedCloudBytes(const Reconstruction& reconstruction, size_t num_poi
 uint64_t ExpectedSurfaceBytes(const Reconstruction& reconstruction, size_t num_points,
                               PointSpacing spacing);
 uint64_t ExpectedRefinedBytes(size_t num_input_faces);
+// A textured mesh with its pages.
+uint64_t ExpectedTexturedBytes(const Reconstruction& reconstruction, size_t num_faces);
 
 }  // namespace lsmvs

@@ -21,8 +21,7 @@ TexturedMesh PaintAtlas(const TriangleMesh& mesh,
   ColorImage page;
   const auto flush = [&] {
     if (page.empty()) return;
-    textured.pages.push_back(folder /
-                             fmt::format("{}{}.png", options.name, textured.pages.size()));
+    textured.pages.push_back(folder / fmt::format("{}{}.png", options.name, textured.pages.size()));
     WritePng(textured.pages.back(), page);
   };
   for (size_t f = 0; f < mesh.faces.size(); ++f) {
@@ -38,15 +37,15 @@ TexturedMesh PaintAtlas(const TriangleMesh& mesh,
                           down = (mesh.vertices[face[2]] - a) / options.chart_px;
     for (int y = 0; y < cell; ++y) {
       for (int x = 0; x < cell; ++x) {
-        page(left + x, top + y) = color(a + (x + 0.5 - options.gutter_px) * right +
-                                        (y + 0.5 - options.gutter_px) * down);
+        page(left + x, top + y) =
+            color(a + (x + 0.5 - options.gutter_px) * right + (y + 0.5 - options.gutter_px) * down);
       }
     }
     const float x = static_cast<float>(left + options.gutter_px),
                 y = static_cast<float>(top + options.gutter_px),
                 side = static_cast<float>(options.chart_px);
-    textured.texcoords.push_back({Eigen::Vector2f(x, y), Eigen::Vector2f(x + side, y),
-                                  Eigen::Vector2f(x, y + side)});
+    textured.texcoords.push_back(
+        {Eigen::Vector2f(x, y), Eigen::Vector2f(x + side, y), Eigen::Vector2f(x, y + side)});
     textured.page_idx.push_back(static_cast<uint16_t>(f / per_page));
   }
   flush();
