@@ -42,6 +42,9 @@ struct DenseWorkspace {
   std::filesystem::path VisibilityMeshPath() const { return folder / "meshed-visibility.ply"; }
   std::filesystem::path RefinedMeshPath() const { return folder / "meshed-refined.ply"; }
 
+  // As COLMAP's mesh_texturer names it; its pages, texture.png and so on, lie beside it.
+  std::filesystem::path TexturedMeshPath() const { return folder / "textured" / "mesh.ply"; }
+
   std::filesystem::path RunFolder() const { return folder / "lsmvs"; }
   std::filesystem::path RunRecordPath() const { return RunFolder() / "run.json"; }
   std::filesystem::path ReportFolder() const { return RunFolder() / "report"; }

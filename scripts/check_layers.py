@@ -12,7 +12,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
-STAGES = {"stereo", "surface", "refinement"}
+STAGES = {"stereo", "surface", "refinement", "texturing"}
 ALGORITHMS = STAGES | {"partition", "merging", "evaluation"}
 DATA = {"geometry", "image", "scene", "mesh"}
 
@@ -26,6 +26,7 @@ MAY_USE = {
     "stereo": {"scene", "image", "geometry"},
     "surface": {"scene", "mesh", "image", "geometry", "graph"},
     "refinement": {"scene", "mesh", "image", "geometry"},
+    "texturing": {"scene", "mesh", "image", "geometry", "graph"},
     "partition": {"scene", "mesh", "image", "geometry"},
     "merging": {"mesh", "partition", "geometry"},
     "evaluation": {"scene", "mesh", "image", "geometry"},

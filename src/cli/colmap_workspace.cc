@@ -120,6 +120,7 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
 
   fs::path VisibilityMeshFile() const override { return workspace_.VisibilityMeshPath(); }
   fs::path RefinedMeshFile() const override { return workspace_.RefinedMeshPath(); }
+  fs::path TexturedMeshFile() const override { return workspace_.TexturedMeshPath(); }
 
  private:
   // Binary is preferred, as when reading.

@@ -8,9 +8,10 @@ const std::vector<CommandFactory>& CommandTable() {
   static const std::vector<CommandFactory> table = {
       MakeQuasiDenseMatcher,   MakePatchMatchStereoCommand,
       MakeStereoFusionCommand, MakeVisibilityMesherCommand,
-      MakeMeshRefinerCommand,  MakeMeshSimplifier,
-      MakeMeshEvaluator,       MakeMeshRenderer,
-      MakeMeshComparer,        MakeMeshExporter,
+      MakeMeshRefinerCommand,  MakeMeshTexturerCommand,
+      MakeMeshSimplifier,      MakeMeshEvaluator,
+      MakeMeshRenderer,        MakeMeshComparer,
+      MakeMeshExporter,
   };
   return table;
 }

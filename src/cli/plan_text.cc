@@ -37,8 +37,8 @@ std::string Row(const std::string& stage, const std::string& work, const std::st
 // How a stage works that does not fit into memory.
 std::string ScratchLine(const PlannedStage& stage) {
   if (stage.scratch_bytes == 0) return "";
-  const uint64_t num_parts =
-      (stage.scratch_bytes + stage.cost.peak_bytes - 1) / std::max<size_t>(1, stage.cost.peak_bytes);
+  const uint64_t num_parts = (stage.scratch_bytes + stage.cost.peak_bytes - 1) /
+                             std::max<size_t>(1, stage.cost.peak_bytes);
   return fmt::format("  {:<20} in {} parts, with a scratch file of {}\n", "", num_parts,
                      FormatBytes(stage.scratch_bytes));
 }

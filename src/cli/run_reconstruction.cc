@@ -60,8 +60,7 @@ size_t AllowedBytes(const CommandContext& context) {
 }
 
 PlanHeader MakeHeader(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
-                      const RunPlan& plan, size_t process_bytes,
-                      const CommandContext& context) {
+                      const RunPlan& plan, size_t process_bytes, const CommandContext& context) {
   PlanHeader header;
   header.workspace = workspace.folder.string();
   header.num_views = reconstruction.scene.num_views();
@@ -123,8 +122,7 @@ PlanOptions MakePlanOptions(const DenseWorkspace& workspace, const StageOptions&
   }
   PlanOptions options;
   options.overwrite = stage.overwrite;
-  options.memory_bytes =
-      AllowedBytes(context) - std::min(AllowedBytes(context), process_bytes);
+  options.memory_bytes = AllowedBytes(context) - std::min(AllowedBytes(context), process_bytes);
   options.process_bytes = process_bytes;
   options.num_parts = stage.num_parts;
   options.scratch_folder = scratch.empty() ? workspace.folder / "lsmvs" : scratch;

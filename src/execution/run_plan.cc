@@ -21,6 +21,20 @@ std::vector<std::string> OutputKeys(const Task& task, const FileTable& files) {
   return keys;
 }
 
+// Whether a record is of these outputs; those that its run added come after them.
+bool WroteOutputs(const TaskRecord& record, const Task& task, const FileTable& files) {
+  const std::vector<std::string> keys = OutputKeys(task, files);
+  return record.outputs.size() >= keys.size() &&
+         std::equal(keys.begin(), keys.end(), record.outputs.begin());
+}
+
+[[noreturn]] void ThrowConflict(const std::string& path) {
+  throw Error(ExitCode::kOverwrite,
+              path +
+                  ": is there already and was not made by this program in this workspace (or was "
+                  "changed since); move it away, or give --overwrite to replace it");
+}
+
 // What is known of a task before it is decided whether it is needed.
 struct Finding {
   bool foreign_used = false;
@@ -81,7 +95,7 @@ class Planner {
       finding.reason = "--overwrite replaces what is there";
       return finding;
     }
-    finding.outputs_missing = num_missing > 0;
+    finding.outputs_missing = num_missing > 0 || LacksAddedOutputs(task);
     finding.foreign_used =
         num_foreign > 0 && num_missing == 0 && task.foreign_outputs == ForeignOutputs::kUse;
     if (finding.foreign_used) {
@@ -92,6 +106,17 @@ class Planner {
     return finding;
   }
 
+  // Outputs that the last run added, if not all are as it made them.
+  bool LacksAddedOutputs(const Task& task) {
+    const auto found = store_.tasks().find(task.name);
+    if (found == store_.tasks().end()) return false;
+    const std::vector<std::string>& keys = found->second.outputs;
+    for (size_t i = task.outputs.size(); i < keys.size(); ++i) {
+      if (store_.files().MadeBy(store_.files().PathOfKey(keys[i])) != task.name) return true;
+    }
+    return false;
+  }
+
   // Compares with the record. Inputs that are not there yet are known by their makers.
   std::string Staleness(const Task& task) {
     const auto found = store_.tasks().find(task.name);
@@ -99,7 +124,7 @@ class Planner {
     const TaskRecord& record = found->second;
     if (record.version != task.version) return "the method is a newer version";
     if (record.options != task.options) return "options changed";
-    if (record.outputs != OutputKeys(task, store_.files())) return "it writes to other files";
+    if (!WroteOutputs(record, task, store_.files())) return "it writes to other files";
     const std::optional<std::string> inputs = ForeseenInputsHash(task);
     if (!inputs) return "its input is made anew";
     if (record.inputs_hash != *inputs) return "input changed";
@@ -155,13 +180,6 @@ class Planner {
     return {TaskState::kRun, finding.reason.empty() ? "its result is missing" : finding.reason};
   }
 
-  [[noreturn]] static void ThrowConflict(const std::string& path) {
-    throw Error(ExitCode::kOverwrite,
-                path +
-                    ": is there already and was not made by this program in this workspace (or was "
-                    "changed since); move it away, or give --overwrite to replace it");
-  }
-
   [[noreturn]] static void ThrowFolder(const fs::path& path) {
     throw InputError(path.string(), "is a folder, but a file is to be written there",
                      "name a file, such as " + (path / "result.ply").string());
@@ -185,8 +203,8 @@ void Count(const PlannedTask& planned, const Task& task, PlannedStage* stage) {
   constexpr double kTimeWithScratch = 1.3;
   const bool on_disk = planned.resident_bytes > 0;
   stage->cost.cpu_seconds += task.cost.cpu_seconds * (on_disk ? kTimeWithScratch : 1);
-  stage->cost.peak_bytes = std::max(
-      stage->cost.peak_bytes, on_disk ? planned.resident_bytes : task.cost.peak_bytes);
+  stage->cost.peak_bytes =
+      std::max(stage->cost.peak_bytes, on_disk ? planned.resident_bytes : task.cost.peak_bytes);
   if (on_disk) {
     stage->scratch_bytes = std::max<uint64_t>(stage->scratch_bytes, task.cost.peak_bytes);
   }
@@ -293,6 +311,7 @@ size_t RunPlan::NumToRun() const {
 
 RunPlan PlanRun(const std::vector<Task>& tasks, const PlanOptions& options, RunStore* store) {
   RunPlan plan = Planner(tasks, options, store).Plan();
+  plan.overwrite = options.overwrite;
   plan.stages = SumUp(tasks, plan.tasks);
   PlanDrops(tasks, &store->files(), &plan);
   plan.scratch_folder = options.scratch_folder;
@@ -312,14 +331,19 @@ std::string HashInputs(const Task& task, FileTable* files) {
   return hasher.HexDigest();
 }
 
+void CheckReplaceable(const fs::path& output, RunStore* store) {
+  if (fs::exists(output) && store->files().MadeBy(output).empty()) ThrowConflict(output.string());
+}
+
 std::string ReasonToRun(const Task& task, RunStore* store) {
   const auto found = store->tasks().find(task.name);
   if (found == store->tasks().end()) return "new";
   const TaskRecord& record = found->second;
   if (record.version != task.version || record.options != task.options) return "options changed";
-  if (record.outputs != OutputKeys(task, store->files())) return "it writes to other files";
+  if (!WroteOutputs(record, task, store->files())) return "it writes to other files";
   if (record.inputs_hash != HashInputs(task, &store->files())) return "input changed";
-  for (const fs::path& output : task.outputs) {
+  for (const std::string& key : record.outputs) {
+    const fs::path output = store->files().PathOfKey(key);
     if (store->files().MadeBy(output) != task.name) return "its result is missing";
   }
   return "";

@@ -29,13 +29,14 @@ struct PlannedStage {
   std::string name;
   size_t begin = 0, end = 0;  // its tasks' positions
   size_t num_run = 0, num_up_to_date = 0, num_foreign = 0;
-  std::string reason;         // of the first task that runs
-  CostEstimate cost;          // of the tasks that run: sum of times, highest memory
+  std::string reason;          // of the first task that runs
+  CostEstimate cost;           // of the tasks that run: sum of times, highest memory
   uint64_t scratch_bytes = 0;  // the largest scratch file of one
-  uint64_t output_bytes = 0;  // that they write
+  uint64_t output_bytes = 0;   // that they write
 };
 
 struct RunPlan {
+  bool overwrite = false;          // see PlanOptions
   std::vector<PlannedTask> tasks;  // one for each task given, in that order
   std::vector<PlannedStage> stages;
   // For each task, the temporary ones whose outputs nobody needs any more once it is done.
@@ -77,6 +78,9 @@ RunPlan PlanRun(const std::vector<Task>& tasks, const PlanOptions& options, RunS
 
 // The hash that TaskRecord::inputs_hash holds, from the files as they are on disk.
 std::string HashInputs(const Task& task, FileTable* files);
+
+// Throws Error(kOverwrite) if a file is there that is not ours.
+void CheckReplaceable(const std::filesystem::path& output, RunStore* store);
 
 // Why the task has to run, all its inputs being there; empty if it is up to date.
 std::string ReasonToRun(const Task& task, RunStore* store);

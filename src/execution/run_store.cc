@@ -1,5 +1,6 @@
 #include "lsmvs/execution/run_store.h"
 
+#include <algorithm>
 #include <system_error>
 #include <utility>
 
@@ -53,8 +54,8 @@ fs::path RunStore::StagedPath(const fs::path& output) const {
   return key.parent_path() / ".lsmvs-staging" / key.filename();
 }
 
-void RunStore::PrepareStaging(const Task& task) const {
-  for (const fs::path& output : task.outputs) {
+void RunStore::PrepareStaging(std::span<const fs::path> outputs) const {
+  for (const fs::path& output : outputs) {
     const fs::path staged = StagedPath(output);
     std::error_code error;
     fs::remove(staged, error);
@@ -65,28 +66,45 @@ void RunStore::PrepareStaging(const Task& task) const {
   }
 }
 
-void RunStore::DropStaging(const Task& task) const {
+void RunStore::DropStaging(std::span<const fs::path> outputs) const {
   std::error_code ignored;
-  for (const fs::path& output : task.outputs) {
+  for (const fs::path& output : outputs) {
     const fs::path staged = StagedPath(output);
     fs::remove(staged, ignored);
     fs::remove(staged.parent_path(), ignored);  // fails, as it should, while others are in it
   }
 }
 
-void RunStore::Publish(const Task& task, TaskRecord record) {
-  PublishingRecord publishing{task.name, std::move(record), {}};
-  for (const fs::path& output : task.outputs) {
+void RunStore::Publish(const std::string& name, std::span<const fs::path> outputs,
+                       TaskRecord record) {
+  PublishingRecord publishing{name, std::move(record), {}};
+  for (const fs::path& output : outputs) {
     const fs::path staged = StagedPath(output);
     publishing.task.outputs.push_back(record_.files.Key(output));
-    publishing.files.push_back({StampOf(staged), HashFile(staged), task.name});
+    publishing.files.push_back({StampOf(staged), HashFile(staged), name});
   }
   record_.publishing = std::move(publishing);
-  record_.tasks.erase(
-      task.name);  // were only some of the files renamed, they would not fit the old record
+  std::vector<std::string> old_keys;
+  if (const auto old = record_.tasks.find(name); old != record_.tasks.end()) {
+    old_keys = old->second.outputs;
+    record_.tasks.erase(old);  // were only some of the files renamed, they would not fit it
+  }
   Save();
   FinishPublishing();
-  DropStaging(task);
+  RemoveAbandoned(name, old_keys);
+  DropStaging(outputs);
+}
+
+void RunStore::RemoveAbandoned(const std::string& name, const std::vector<std::string>& old_keys) {
+  const auto found = record_.tasks.find(name);
+  if (found == record_.tasks.end()) return;
+  const std::vector<std::string>& keys = found->second.outputs;
+  for (const std::string& key : old_keys) {
+    const fs::path path = record_.files.PathOfKey(key);
+    if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
+    std::error_code ignored;
+    if (record_.files.MadeBy(path) == name) fs::remove(path, ignored);
+  }
 }
 
 void RunStore::FinishPublishing() {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,17 +33,21 @@ class RunStore {
   // that are not below the root.
   std::filesystem::path StagedPath(const std::filesystem::path& output) const;
   // Removes what an earlier task left at the staging paths, and makes their folders.
-  void PrepareStaging(const Task& task) const;
-  void DropStaging(const Task& task) const;
+  void PrepareStaging(std::span<const std::filesystem::path> outputs) const;
+  void DropStaging(std::span<const std::filesystem::path> outputs) const;
 
-  // Renames the staged files to the task's outputs. `record.outputs` is filled in here.
-  void Publish(const Task& task, TaskRecord record);
+  // Renames the staged files to the outputs of the task of that name: Task::outputs, then those
+  // that its run added. `record.outputs` is filled in here. What the task wrote before and does not
+  // any more is removed, if it is still what the task made.
+  void Publish(const std::string& name, std::span<const std::filesystem::path> outputs,
+               TaskRecord record);
 
   // Writes run.json.
   void Save();
 
  private:
   void FinishPublishing();
+  void RemoveAbandoned(const std::string& name, const std::vector<std::string>& old_keys);
 
   std::filesystem::path root_;
   RunLock lock_;

@@ -41,15 +41,23 @@ std::string Now() {
 // Removes what a task has staged, unless it was published.
 class StagingGuard {
  public:
-  StagingGuard(const Task& task, const RunStore& store) : task_(task), store_(store) {
-    store_.PrepareStaging(task_);
+  StagingGuard(const Task& task, const RunStore& store) : outputs_(task.outputs), store_(store) {
+    store_.PrepareStaging(outputs_);
   }
-  ~StagingGuard() { store_.DropStaging(task_); }
+  ~StagingGuard() { store_.DropStaging(outputs_); }
   StagingGuard(const StagingGuard&) = delete;
   StagingGuard& operator=(const StagingGuard&) = delete;
 
+  // Where to write it.
+  std::filesystem::path Add(const std::filesystem::path& output) {
+    outputs_.push_back(output);
+    store_.PrepareStaging({&outputs_.back(), 1});
+    return store_.StagedPath(output);
+  }
+  const std::vector<std::filesystem::path>& outputs() const { return outputs_; }
+
  private:
-  const Task& task_;
+  std::vector<std::filesystem::path> outputs_;
   const RunStore& store_;
 };
 
@@ -61,7 +69,7 @@ TaskCounts RunWithScratch(const Task& task, size_t resident_bytes, const RunPlan
   const ScratchMemory scratch({plan.scratch_folder, plan.process_bytes + resident_bytes});
   RunContext context = run.context;
   context.memory_budget_bytes = resident_bytes;
-  TaskCounts counts = task.run({context, run.outputs});
+  TaskCounts counts = task.run({context, run.outputs, run.add_output});
   counts["scratch_bytes"] = static_cast<double>(ScratchMemory::PeakBytes());
   counts["scratch_bytes_read"] = static_cast<double>(ScratchMemory::BytesRead() - read);
   counts["scratch_bytes_written"] = static_cast<double>(ScratchMemory::BytesWritten() - written);
@@ -97,17 +105,21 @@ void RunTask(const Task& task, const PlannedTask& planned, const RunPlan& plan, 
   record.temporary = task.temporary;
   std::vector<std::filesystem::path> staged;
   for (const auto& output : task.outputs) staged.push_back(store->StagedPath(output));
-  const StagingGuard guard(task, *store);
+  StagingGuard guard(task, *store);
+  const auto add_output = [&](const std::filesystem::path& output) {
+    if (!plan.overwrite) CheckReplaceable(output, store);
+    return guard.Add(output);
+  };
   const PeakMemoryWatch memory;
   const Clock::time_point begin = Clock::now();
   const double cpu_begin = CpuSeconds();
-  record.counts = RunWithin(task, planned, plan, {context, staged});
+  record.counts = RunWithin(task, planned, plan, {context, staged, add_output});
   record.seconds = SecondsSince(begin);
   record.cpu_seconds = CpuSeconds() - cpu_begin;
   record.peak_bytes = memory.PeakBytes();
   ReturnFreedMemory();
   record.finished = Now();
-  store->Publish(task, std::move(record));
+  store->Publish(task.name, guard.outputs(), std::move(record));
 }
 
 // Removes what a temporary task of ours made, unless somebody changed it or it was made to be kept.

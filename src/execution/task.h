@@ -27,6 +27,10 @@ struct TaskRun {
   // Where to write: one path for each of Task::outputs, in that order, of the same file name. The
   // files appear under their own names, all together, when the task has returned.
   const std::vector<std::filesystem::path>& outputs;
+  // Announces a file beyond Task::outputs, for what only the run knows the number of; returns where
+  // to write it. It appears with the others. Throws Error(kOverwrite) where a file of somebody else
+  // is in the way.
+  std::function<std::filesystem::path(const std::filesystem::path& output)> add_output = {};
 };
 
 // A step of a run: files in, files out. What it computes must depend on nothing but the contents of

@@ -86,9 +86,7 @@ class BreadthFirstFlow {
     }
   }
 
-  bool Inside(int32_t node) const {
-    return static_cast<uint32_t>(node) - begin_ < num_inside_;
-  }
+  bool Inside(int32_t node) const { return static_cast<uint32_t>(node) - begin_ < num_inside_; }
 
   // Switches the arcs between the parts on. The flow stays feasible and the trees stay trees; what
   // can break is that no residual arc leaves the source's tree. It grows from there: from one node

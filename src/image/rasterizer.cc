@@ -6,11 +6,14 @@
 #include <cmath>
 #include <vector>
 
+#include "lsmvs/image/triangle_spans.h"
 #include "lsmvs/util/check.h"
 
 namespace lsmvs {
 
 namespace {
+
+using internal::FirstCenterFrom;
 
 // Faces are clipped at this part of their farthest vertex' depth.
 constexpr double kNearPart = 1e-5;
@@ -32,25 +35,6 @@ struct InverseDepth {
   double at_origin, per_column, per_row;
   // Range over the face: what rounding on faces seen nearly edge-on must not leave.
   double min, max;
-};
-
-// First column or row whose centre is not below `coordinate`, within [0, size].
-int FirstCenterFrom(double coordinate, int size) {
-  // The ceiling, by truncation of a number that is not negative.
-  const double clamped = std::clamp(coordinate - 0.5, -1.0, static_cast<double>(size));
-  const int below = static_cast<int>(clamped + 1.0) - 1;
-  return std::max(0, below + (below < clamped));
-}
-
-// Where an edge crosses horizontal lines; `upper` and `lower` in an order that does not depend on
-// the face, so that both faces at the edge compute the same numbers.
-struct Edge {
-  Edge(const Eigen::Vector2d& upper, const Eigen::Vector2d& lower)
-      : start(upper), slope((lower.x() - upper.x()) / (lower.y() - upper.y())) {}
-  double At(double y) const { return start.x() + (y - start.y()) * slope; }
-
-  Eigen::Vector2d start;
-  double slope;
 };
 
 class Rasterizer {
@@ -121,24 +105,11 @@ class Rasterizer {
     }
   }
 
-  void DrawTriangle(int face_idx, const InverseDepth& plane, std::array<Eigen::Vector2d, 3> p) {
-    // From top to bottom; of equally high ones from left to right.
-    const auto above = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-      return a.y() != b.y() ? a.y() < b.y() : a.x() < b.x();
-    };
-    if (above(p[1], p[0])) std::swap(p[0], p[1]);
-    if (above(p[2], p[1])) std::swap(p[1], p[2]);
-    if (above(p[1], p[0])) std::swap(p[0], p[1]);
-    const Edge edge_long(p[0], p[2]), edge_upper(p[0], p[1]), edge_lower(p[1], p[2]);
-    const int first_row = FirstCenterFrom(p[0].y(), camera_.height);
-    const int end_row = FirstCenterFrom(p[2].y(), camera_.height);
-    for (int row = first_row; row < end_row; ++row) {
-      const double y = row + 0.5;
-      const double x_long = edge_long.At(y);
-      const double x_short = y < p[1].y() ? edge_upper.At(y) : edge_lower.At(y);
-      DrawSpan(face_idx, plane, row, FirstCenterFrom(std::min(x_long, x_short), camera_.width),
-               FirstCenterFrom(std::max(x_long, x_short), camera_.width));
-    }
+  void DrawTriangle(int face_idx, const InverseDepth& plane,
+                    const std::array<Eigen::Vector2d, 3>& p) {
+    ForTriangleSpans(p, camera_.width, camera_.height, [&](int row, int begin, int end) {
+      DrawSpan(face_idx, plane, row, begin, end);
+    });
   }
 
   void DrawSpan(int face_idx, const InverseDepth& plane, int row, int begin, int end) {

@@ -38,4 +38,26 @@ inline BilinearSample SampleBilinear(const GrayImage& image, double x, double y)
   return sample;
 }
 
+// Colour of the bilinear interpolant at (x, y), in grey levels; outside of the pixels' centres that
+// of the nearest point inside. At the centre of a pixel it is the pixel, exactly.
+inline Eigen::Vector3f SampleColors(const ColorImage& image, double x, double y) {
+  const double px = std::clamp(x - 0.5, 0.0, image.width - 1.0);
+  const double py = std::clamp(y - 0.5, 0.0, image.height - 1.0);
+  const int column = std::min(static_cast<int>(px), std::max(0, image.width - 2));
+  const int row = std::min(static_cast<int>(py), std::max(0, image.height - 2));
+  const int right = std::min(column + 1, image.width - 1);
+  const int below = std::min(row + 1, image.height - 1);
+  const float a = static_cast<float>(px - column), b = static_cast<float>(py - row);
+  const Eigen::Vector3f top =
+      (1 - a) * image(column, row).cast<float>() + a * image(right, row).cast<float>();
+  const Eigen::Vector3f bottom =
+      (1 - a) * image(column, below).cast<float>() + a * image(right, below).cast<float>();
+  return (1 - b) * top + b * bottom;
+}
+
+// Nearest colour of grey levels.
+inline Color RoundColor(const Eigen::Vector3f& levels) {
+  return levels.array().max(0.0f).min(255.0f).round().cast<uint8_t>().matrix();
+}
+
 }  // namespace lsmvs

@@ -1,5 +1,6 @@
 #include "lsmvs/pipeline/expected_sizes.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "lsmvs/mesh/ply.h"
@@ -64,6 +65,11 @@ size_t ExpectedFaces(const Reconstruction& reconstruction, const std::filesystem
   return kFacesPerVertex * ExpectedVertices(reconstruction, num_points, ExpectedSpacing(cloud));
 }
 
+size_t LeastBytes(size_t needed_bytes) {
+  constexpr size_t kLeast = 64 << 20, kLeastShare = 32;
+  return std::max(kLeast, needed_bytes / kLeastShare);
+}
+
 uint64_t ExpectedCloudBytes(const Reconstruction& reconstruction, size_t num_points) {
   // Position and normal as floats, colour; number of views and views.
   const double bytes_per_point = 6 * 4 + 3 + 4 + 4 * ExpectedViewsPerPoint(reconstruction);
@@ -83,6 +89,17 @@ uint64_t ExpectedSurfaceBytes(const Reconstruction& reconstruction, size_t num_p
 uint64_t ExpectedRefinedBytes(size_t num_input_faces) {
   constexpr uint64_t kVertexBytes = 6 * 4 + 3 + 4, kFaceBytes = 1 + 3 * 4;
   return (kVertexBytes / kFacesPerVertex + kFaceBytes) * num_input_faces;
+}
+
+uint64_t ExpectedTexturedBytes(const Reconstruction& reconstruction, size_t num_faces) {
+  // A face has its corners and their texture coordinates.
+  constexpr uint64_t kVertexBytes = 3 * 4, kFaceBytes = 1 + 3 * 4 + 1 + 6 * 4 + 4;
+  constexpr double kBytesPerTexel = 2.2;  // of a PNG
+  const double texels =
+      ExpectedTexels(*reconstruction.images, ExpectedViewsPerPoint(reconstruction),
+                     reconstruction.options.texturing);
+  return (kVertexBytes / kFacesPerVertex + kFaceBytes) * num_faces +
+         static_cast<uint64_t>(kBytesPerTexel * texels);
 }
 
 }  // namespace lsmvs

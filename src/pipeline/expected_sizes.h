@@ -19,11 +19,17 @@ double ExpectedViewsPerPoint(const Reconstruction& reconstruction);
 // Faces of a mesh that the surface stage makes from the workspace's cloud.
 size_t ExpectedFaces(const Reconstruction& reconstruction, const std::filesystem::path& mesh);
 
+// Memory below which a task that may work with a scratch file had better not start: every chunk
+// would come and go too often.
+size_t LeastBytes(size_t needed_bytes);
+
 // On disk: a cloud with its visibility; a visibility mesh of so many points with its own; a refined
 // mesh.
 uint64_t ExpectedCloudBytes(const Reconstruction& reconstruction, size_t num_points);
 uint64_t ExpectedSurfaceBytes(const Reconstruction& reconstruction, size_t num_points,
                               PointSpacing spacing);
 uint64_t ExpectedRefinedBytes(size_t num_input_faces);
+// A textured mesh with its pages.
+uint64_t ExpectedTexturedBytes(const Reconstruction& reconstruction, size_t num_faces);
 
 }  // namespace lsmvs

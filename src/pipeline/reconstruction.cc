@@ -66,6 +66,10 @@ std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstructio
     tasks.push_back(
         MakeRefinementTask(reconstruction, files.VisibilityMeshFile(), files.RefinedMeshFile()));
   }
+  if (included(ReconstructionStage::kTexturing)) {
+    tasks.push_back(
+        MakeTexturingTask(reconstruction, files.RefinedMeshFile(), files.TexturedMeshFile()));
+  }
   return tasks;
 }
 

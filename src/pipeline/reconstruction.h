@@ -73,6 +73,11 @@ Task MakeRefinementTask(const ReconstructionPtr& reconstruction,
                         const std::filesystem::path& input_mesh,
                         const std::filesystem::path& output_mesh);
 
+// Mesh -> textured mesh, with its pages beside it: texture.png, texture_1.png, ...
+Task MakeTexturingTask(const ReconstructionPtr& reconstruction,
+                       const std::filesystem::path& input_mesh,
+                       const std::filesystem::path& output_mesh);
+
 // The stages of the options' point source from `from` to `to`, on the workspace's own files. What
 // stages before `from` make must be there. Throws what CheckStages throws.
 std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstruction,

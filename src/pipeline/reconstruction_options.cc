@@ -35,14 +35,16 @@ const char* StageName(ReconstructionStage stage) {
       return kSurfaceStage;
     case ReconstructionStage::kRefinement:
       return kRefinementStage;
+    case ReconstructionStage::kTexturing:
+      return kTexturingStage;
   }
   return "";
 }
 
 std::vector<ReconstructionStage> StagesOf(PointSource source) {
   using enum ReconstructionStage;
-  if (source == PointSource::kQuasiDense) return {kQuasiDense, kSurface, kRefinement};
-  return {kStereo, kFusion, kSurface, kRefinement};
+  if (source == PointSource::kQuasiDense) return {kQuasiDense, kSurface, kRefinement, kTexturing};
+  return {kStereo, kFusion, kSurface, kRefinement, kTexturing};
 }
 
 void CheckStages(PointSource source, ReconstructionStage from, ReconstructionStage to) {
@@ -63,6 +65,7 @@ void ReconstructionOptions::Describe(OptionSet* options) {
   quasi_dense.Describe(options);
   surface.Describe(options);
   refinement.Describe(options);
+  texturing.Describe(options);
 }
 
 void ApplyQuality(Quality quality, ReconstructionOptions* options) {

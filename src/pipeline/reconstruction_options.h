@@ -11,6 +11,7 @@
 #include "lsmvs/stereo/patch_match.h"
 #include "lsmvs/stereo/quasi_dense_matcher.h"
 #include "lsmvs/surface/visibility_mesher.h"
+#include "lsmvs/texturing/mesh_texturer.h"
 #include "lsmvs/util/option_set.h"
 
 namespace lsmvs {
@@ -24,15 +25,17 @@ enum class Quality { kLow, kMedium, kHigh, kExtreme };
 enum class PointSource { kPatchMatch, kQuasiDense };
 
 // The stages, in order. Their names are those of the commands that run them alone.
-enum class ReconstructionStage { kStereo, kFusion, kQuasiDense, kSurface, kRefinement };
+enum class ReconstructionStage { kStereo, kFusion, kQuasiDense, kSurface, kRefinement, kTexturing };
 inline constexpr const char* kStereoStage = "patch_match_stereo";
 inline constexpr const char* kFusionStage = "stereo_fusion";
 inline constexpr const char* kQuasiDenseStage = "quasi_dense_matcher";
 inline constexpr const char* kSurfaceStage = "visibility_mesher";
 inline constexpr const char* kRefinementStage = "mesh_refiner";
+inline constexpr const char* kTexturingStage = "mesh_texturer";
 
 const char* StageName(ReconstructionStage stage);
-// The stages that lead from photos to a refined mesh by way of this source, in order.
+// The stages that lead from photos to a textured mesh by way of this source, in order. The last one
+// is left out unless somebody asks for it.
 std::vector<ReconstructionStage> StagesOf(PointSource source);
 // Throws UsageError if one of the two is no stage of that source, or `from` comes after `to`.
 void CheckStages(PointSource source, ReconstructionStage from, ReconstructionStage to);
@@ -54,10 +57,13 @@ struct ReconstructionOptions {
   QuasiDenseOptions quasi_dense;
   VisibilityMesherOptions surface;
   MeshRefinerOptions refinement;
+  MeshTexturerOptions texturing;
 
   // The stages' options, "Group.field".
   void Describe(OptionSet* options);
-  bool Check(std::string* error) const { return CheckOptions(*this, error); }
+  bool Check(std::string* error) const {
+    return CheckOptions(*this, error) && texturing.Check(error);
+  }
 };
 
 // Sets what the quality decides and leaves the rest.

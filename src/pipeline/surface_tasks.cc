@@ -48,8 +48,7 @@ VisibilityCloud ReadCroppedCloud(const Reconstruction& reconstruction,
                                  const std::filesystem::path& cloud) {
   VisibilityCloud points = reconstruction.files->ReadCloud(cloud, reconstruction.scene);
   const Eigen::AlignedBox3d& box = reconstruction.options.bounding_box;
-  return box.isEmpty() ? std::move(points)
-                       : Crop(points, box, reconstruction.scene.world_offset);
+  return box.isEmpty() ? std::move(points) : Crop(points, box, reconstruction.scene.world_offset);
 }
 
 // Reads the cloud once more: it was freed when its points were merged.
@@ -71,8 +70,8 @@ void WriteFilteredCloud(const Reconstruction& reconstruction,
     }
   };
   reconstruction.files->WriteCloud(
-      reconstruction.scene,
-      {run.outputs.at(kCloudFile), run.outputs.at(kCloudVisibilityFile)}, write);
+      reconstruction.scene, {run.outputs.at(kCloudFile), run.outputs.at(kCloudVisibilityFile)},
+      write);
 }
 
 // Of each vertex, 0 to 1: by the number of views that see it.
@@ -129,12 +128,6 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
   };
   for (const auto& [phase, seconds] : result.seconds) counts[phase + "_seconds"] = seconds;
   return counts;
-}
-
-// Of a task that has a scratch file: with less, every chunk would come and go too often.
-size_t LeastBytes(size_t needed_bytes) {
-  constexpr size_t kLeast = 64 << 20, kLeastShare = 32;
-  return std::max(kLeast, needed_bytes / kLeastShare);
 }
 
 // `views_per_point`: in the mean.
@@ -212,8 +205,7 @@ Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
     VisibilityCloud points = SparseCloud(reconstruction->scene);
     const Eigen::AlignedBox3d& box = reconstruction->options.bounding_box;
     if (!box.isEmpty()) points = Crop(points, box, reconstruction->scene.world_offset);
-    return MeshCloud(*reconstruction, std::move(points),
-                     reconstruction->files->PointsFile(), run);
+    return MeshCloud(*reconstruction, std::move(points), reconstruction->files->PointsFile(), run);
   };
   return task;
 }

@@ -75,6 +75,8 @@ class WorkspaceFiles {
   // The workspace's meshes.
   virtual std::filesystem::path VisibilityMeshFile() const = 0;
   virtual std::filesystem::path RefinedMeshFile() const = 0;
+  // In a folder of its own, beside its pages.
+  virtual std::filesystem::path TexturedMeshFile() const = 0;
 };
 
 }  // namespace lsmvs

@@ -6,8 +6,8 @@
 #include <bit>
 #include <numeric>
 
-#include "lsmvs/refinement/ordered_merge.h"
 #include "lsmvs/refinement/surface_map_cache.h"
+#include "lsmvs/util/ordered_merge.h"
 
 namespace lsmvs {
 

@@ -6,9 +6,10 @@
 #include <cmath>
 
 #include "lsmvs/image/rasterizer.h"
-#include "lsmvs/refinement/ordered_merge.h"
+#include "lsmvs/image/sampling.h"
 #include "lsmvs/refinement/smoothness.h"
 #include "lsmvs/util/check.h"
+#include "lsmvs/util/ordered_merge.h"
 
 namespace lsmvs {
 
@@ -78,21 +79,6 @@ struct ViewSamples {
   std::vector<Sample> samples;
 };
 
-Color SampleColor(const ColorImage& image, const Eigen::Vector2d& x_px) {
-  const double x = std::clamp(x_px.x() - 0.5, 0.0, image.width - 1.0);
-  const double y = std::clamp(x_px.y() - 0.5, 0.0, image.height - 1.0);
-  const int column = std::min(static_cast<int>(x), std::max(0, image.width - 2));
-  const int row = std::min(static_cast<int>(y), std::max(0, image.height - 2));
-  const int right = std::min(column + 1, image.width - 1);
-  const int below = std::min(row + 1, image.height - 1);
-  const float a = static_cast<float>(x - column), b = static_cast<float>(y - row);
-  const Eigen::Vector3f top =
-      (1 - a) * image(column, row).cast<float>() + a * image(right, row).cast<float>();
-  const Eigen::Vector3f bottom =
-      (1 - a) * image(column, below).cast<float>() + a * image(right, below).cast<float>();
-  return ((1 - b) * top + b * bottom).array().round().cast<uint8_t>().matrix();
-}
-
 // Whether the surface in front of a vertex is nearer than tolerated, in all pixels around: a vertex
 // on an edge is seen.
 bool Hidden(const Raster<float>& depth, const Eigen::Vector2d& x_px, double z, double tolerance) {
@@ -129,7 +115,7 @@ ViewSamples SampleView(const View& view, const ImageStore& images, int view_idx,
     // Relative to the photo's resolution, so that the weight is a number of ordinary size in any
     // unit.
     result.samples.push_back({static_cast<float>(cosine * pixels_per_length * pixels_per_length),
-                              SampleColor(*colors, x_px)});
+                              RoundColor(SampleColors(*colors, x_px.x(), x_px.y()))});
   }
   return result;
 }

@@ -349,8 +349,7 @@ class DelaunayBuilder {
       (*new_index)[c] = static_cast<int32_t>(begin + sorted.size());
       sorted.push_back(cells_[c]);
     }
-    std::copy(sorted.begin(), sorted.end(),
-              cells_.begin() + static_cast<std::ptrdiff_t>(begin));
+    std::copy(sorted.begin(), sorted.end(), cells_.begin() + static_cast<std::ptrdiff_t>(begin));
   }
 
   void FindIncidentCells() {

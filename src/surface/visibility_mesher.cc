@@ -121,7 +121,8 @@ class Mesher {
 
   void Cut(const RunContext& context) {
     result_.counters.cut_value =
-        static_cast<double>(MaximizeFlow(&complex_.cells, context, CellsAtOnce())) / kCapacityPerWeight;
+        static_cast<double>(MaximizeFlow(&complex_.cells, context, CellsAtOnce())) /
+        kCapacityPerWeight;
     for (const Cell& cell : complex_.cells) {
       result_.counters.num_empty_cells += cell.OnSourceSide();
     }

@@ -119,8 +119,8 @@ struct VisibilityMesherResult {
   // Empty for vertices that closing a hole added.
   std::vector<uint64_t> view_begin = {0};
   std::vector<uint32_t> view_idxs;
-  // With find_free_points, by point of the cloud: 1 if all tetrahedra around its vertex are empty, or
-  // it was ignored: an outlier that the views contradict.
+  // With find_free_points, by point of the cloud: 1 if all tetrahedra around its vertex are empty,
+  // or it was ignored: an outlier that the views contradict.
   std::vector<uint8_t> point_is_free;
   VisibilityMesherStatus status = VisibilityMesherStatus::kSuccess;
   std::string message;  // one line: what was made, or why nothing

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
 #include <system_error>
@@ -39,11 +40,13 @@ AtomicFile::~AtomicFile() {
 
 void AtomicFile::Write(const void* data, size_t num_bytes) {
   const char* bytes = static_cast<const char*>(data);
-  if (buffer_.size() + num_bytes > kBufferBytes) Flush();
-  if (num_bytes > kBufferBytes) {
-    WriteThrough(bytes, num_bytes);
-  } else {
-    buffer_.insert(buffer_.end(), bytes, bytes + num_bytes);
+  // In pieces: a system call cannot read scratch memory.
+  while (num_bytes > 0) {
+    if (buffer_.size() == kBufferBytes) Flush();
+    const size_t piece = std::min(num_bytes, kBufferBytes - buffer_.size());
+    buffer_.insert(buffer_.end(), bytes, bytes + piece);
+    bytes += piece;
+    num_bytes -= piece;
   }
 }
 

@@ -31,8 +31,8 @@ std::atomic<bool> scratch_is_on = false;
 
 namespace {
 
-constexpr size_t kChunk = 2 << 20;                // a huge page on most machines
-constexpr size_t kRangeBytes = size_t{1} << 43;   // address space; costs nothing until it is used
+constexpr size_t kChunk = 2 << 20;               // a huge page on most machines
+constexpr size_t kRangeBytes = size_t{1} << 43;  // address space; costs nothing until it is used
 constexpr size_t kNumChunks = kRangeBytes / kChunk;
 
 bool scratch_new_is_linked = false;
@@ -247,7 +247,8 @@ class Pager {
   void MeasureLimit() {
     constexpr size_t kSlack = 16 << 20, kLeastChunks = 16;
     const size_t resident = ResidentBytes(), chunks = ring_.size() * kChunk;
-    const size_t other = std::max(least_other_bytes_, resident - std::min(resident, chunks)) + kSlack;
+    const size_t other =
+        std::max(least_other_bytes_, resident - std::min(resident, chunks)) + kSlack;
     const size_t left = max_resident_bytes_ - std::min(max_resident_bytes_, other);
     max_chunks_ = std::max(kLeastChunks, left / kChunk);
   }
@@ -269,8 +270,8 @@ class Pager {
   void Empty(uint32_t chunk) {
 #ifdef MREMAP_DONTUNMAP
     if (!spare_has_pages_ &&
-        ::mremap(AddressOf(chunk), kChunk, kChunk,
-                 MREMAP_MAYMOVE | MREMAP_FIXED | MREMAP_DONTUNMAP, spare_) != MAP_FAILED) {
+        ::mremap(AddressOf(chunk), kChunk, kChunk, MREMAP_MAYMOVE | MREMAP_FIXED | MREMAP_DONTUNMAP,
+                 spare_) != MAP_FAILED) {
       if (::mprotect(spare_, kChunk, PROT_READ | PROT_WRITE) != 0) Die("cannot protect memory");
       spare_has_pages_ = true;
       return;
@@ -468,10 +469,12 @@ uint64_t ScratchMemory::PeakBytes() {
   return FromPager([](const internal::Pager& pager) { return pager.peak(); });
 }
 uint64_t ScratchMemory::BytesWritten() {
-  return FromPager([](const internal::Pager& pager) { return pager.num_written() * internal::kChunk; });
+  return FromPager(
+      [](const internal::Pager& pager) { return pager.num_written() * internal::kChunk; });
 }
 uint64_t ScratchMemory::BytesRead() {
-  return FromPager([](const internal::Pager& pager) { return pager.num_read() * internal::kChunk; });
+  return FromPager(
+      [](const internal::Pager& pager) { return pager.num_read() * internal::kChunk; });
 }
 
 }  // namespace lsmvs

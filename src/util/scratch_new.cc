@@ -45,9 +45,7 @@ void Free(void* block) noexcept {
 }  // namespace
 
 // The other forms (arrays, nothrow, sized) are defined by the standard library in terms of these.
-void* operator new(std::size_t num_bytes) {
-  return Allocate(num_bytes, alignof(std::max_align_t));
-}
+void* operator new(std::size_t num_bytes) { return Allocate(num_bytes, alignof(std::max_align_t)); }
 void* operator new(std::size_t num_bytes, std::align_val_t alignment) {
   return Allocate(num_bytes, static_cast<std::size_t>(alignment));
 }

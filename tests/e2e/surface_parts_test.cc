@@ -155,7 +155,8 @@ TEST_F(SurfaceParts, FilteredCloudHasTheOutliersRemoved) {
   const VisibilityCloud after = ReadFusedCloud(Path("clean.ply"), views, workspace).cloud;
   const auto count_far = [&](const VisibilityCloud& cloud) {
     size_t count = 0;
-    for (const Eigen::Vector3f& x : cloud.positions) count += town.HeightAbove(x.cast<double>()) > 1;
+    for (const Eigen::Vector3f& x : cloud.positions)
+      count += town.HeightAbove(x.cast<double>()) > 1;
     return count;
   };
   EXPECT_GT(after.size(), before.size() * 95 / 100);

@@ -35,7 +35,9 @@ class Chain : public testing::Test {
     calls_ = {0, 0, 0};
     RunStore store(root(), "test 1");
     observer_ = {};
-    const RunPlan plan = PlanRun(tasks, {.overwrite = overwrite}, &store);
+    PlanOptions options;
+    options.overwrite = overwrite;
+    const RunPlan plan = PlanRun(tasks, options, &store);
     RunTasks(tasks, plan, &store, &observer_, RunContext(1));
     return {calls_.begin(), calls_.end()};
   }
@@ -49,6 +51,45 @@ class Chain : public testing::Test {
 };
 
 constexpr const char* kExpected = "c(b(a(light)#0a(light)#1)#0)#0";
+
+// A task that writes as many files more as `*count` says.
+Task GrowingTask(const std::filesystem::path& root, const int* count, int* calls) {
+  Task task = TextTask("g", {root / "photo"}, {root / "g0"}, calls);
+  task.run = [=, first = task.run](const TaskRun& run) {
+    for (int i = 1; i <= *count; ++i) {
+      WriteText(run.add_output(root / ("g" + std::to_string(i))), std::to_string(i));
+    }
+    return first(run);
+  };
+  return task;
+}
+
+TEST_F(Chain, TasksMayAddOutputs) {
+  int count = 2;
+  const std::vector<Task> tasks = {GrowingTask(root(), &count, &calls_[0])};
+  EXPECT_THAT(Run(tasks), ElementsAre(1, 0, 0));
+  EXPECT_EQ(ReadText(root() / "g2"), "2");
+  EXPECT_THAT(Run(tasks), ElementsAre(0, 0, 0));
+  std::filesystem::remove(root() / "g2");
+  EXPECT_THAT(Run(tasks), ElementsAre(1, 0, 0));
+  EXPECT_EQ(ReadText(root() / "g2"), "2");
+  // What it does not write any more goes.
+  count = 1;
+  std::filesystem::remove(root() / "g0");
+  EXPECT_THAT(Run(tasks), ElementsAre(1, 0, 0));
+  EXPECT_TRUE(std::filesystem::exists(root() / "g1"));
+  EXPECT_FALSE(std::filesystem::exists(root() / "g2"));
+  // Files of others stay.
+  count = 2;
+  WriteText(root() / "g2", "mine");
+  std::filesystem::remove(root() / "g0");
+  EXPECT_THROW(Run(tasks), Error);
+  EXPECT_EQ(ReadText(root() / "g2"), "mine");
+  EXPECT_EQ(ReadText(root() / "g1"), "1");
+  EXPECT_FALSE(std::filesystem::exists(root() / "lsmvs/staging"));
+  EXPECT_THAT(Run(tasks, true), ElementsAre(1, 0, 0));
+  EXPECT_EQ(ReadText(root() / "g2"), "2");
+}
 
 TEST_F(Chain, RunsInOrderAndThenNotAgain) {
   EXPECT_THAT(Run(), ElementsAre(1, 1, 1));

@@ -49,6 +49,7 @@ class NamedFiles : public WorkspaceFiles {
                        const fs::path&) const override {}
   fs::path VisibilityMeshFile() const override { return "/w/visibility.ply"; }
   fs::path RefinedMeshFile() const override { return "/w/refined.ply"; }
+  fs::path TexturedMeshFile() const override { return "/w/textured/mesh.ply"; }
 };
 
 constexpr int kNumViews = 4;
@@ -80,7 +81,7 @@ std::vector<std::string> Options(const std::vector<Task>& tasks) {
 
 TEST(ReconstructionTasks, InputsComeFromPhotosModelAndEarlierTasks) {
   const std::vector<Task> tasks = AllTasks(Make());
-  ASSERT_EQ(tasks.size(), 2 * kNumViews + 3u);
+  ASSERT_EQ(tasks.size(), 2 * kNumViews + 4u);
   std::set<std::string> made, names;
   for (const Task& task : tasks) {
     EXPECT_TRUE(names.insert(task.name).second) << task.name;
@@ -110,14 +111,14 @@ TEST(ReconstructionTasks, WithoutTheGeometricPassFusionTakesPhotometricMaps) {
   ReconstructionOptions options;
   options.patch_match.geom_consistency = false;
   const std::vector<Task> tasks = AllTasks(Make(options));
-  ASSERT_EQ(tasks.size(), kNumViews + 3u);
+  ASSERT_EQ(tasks.size(), kNumViews + 4u);
   const auto& inputs = tasks[kNumViews].inputs;
   EXPECT_THAT(inputs.back().string(), HasSubstr(".photometric"));
 }
 
 TEST(ReconstructionTasks, QuasiDenseMatchingTakesThePlaceOfDepthMapsAndFusion) {
   const std::vector<Task> tasks = AllTasks(Make(QuasiDense()));
-  ASSERT_EQ(tasks.size(), 3u);
+  ASSERT_EQ(tasks.size(), 4u);
   EXPECT_EQ(tasks[0].stage, kQuasiDenseStage);
   EXPECT_EQ(tasks[1].stage, kSurfaceStage);
   EXPECT_THAT(tasks[0].outputs,
@@ -126,6 +127,20 @@ TEST(ReconstructionTasks, QuasiDenseMatchingTakesThePlaceOfDepthMapsAndFusion) {
   EXPECT_EQ(tasks[0].inputs.size(), 2u + kNumViews + 1u);
   EXPECT_THAT(tasks[0].options, HasSubstr("QuasiDenseMatching.min_ncc"));
   EXPECT_GT(tasks[0].cost.peak_bytes, 0u);
+}
+
+TEST(ReconstructionTasks, TexturingTakesTheRefinedMeshAndThePhotos) {
+  const Task task = AllTasks(Make()).back();
+  EXPECT_EQ(task.stage, kTexturingStage);
+  EXPECT_THAT(task.outputs, testing::ElementsAre(fs::path("/w/textured/mesh.ply"),
+                                                 fs::path("/w/textured/texture.png")));
+  EXPECT_EQ(task.inputs.size(), 2u + kNumViews + 1u);
+  EXPECT_THAT(task.options, HasSubstr("MeshTextureMapping.seam_cost"));
+  EXPECT_GT(task.cost.peak_bytes, 0u);
+  EXPECT_GT(task.output_bytes, 0u);
+  ReconstructionOptions options;
+  options.texturing.unseen_color = "none";
+  EXPECT_THROW(Make(options), UsageError);
 }
 
 TEST(ReconstructionTasks, TheBoxIsOnRecordWherePointsAreMade) {

@@ -1,5 +1,5 @@
-// Makes the cloud of a town seen from the air, of any number of points, with the views that see each
-// of them: a dense COLMAP workspace without photos, to test and to plan large surfaces.
+// Makes the cloud of a town seen from the air, of any number of points, with the views that see
+// each of them: a dense COLMAP workspace without photos, to test and to plan large surfaces.
 
 #include <fmt/format.h>
 
@@ -35,7 +35,8 @@ void PrintHelp(const OptionSet& options) {
   std::puts(
       "usage: make_large_cloud --output FOLDER [--option value]...\n"
       "Samples a town seen from the air. FOLDER gets fused.ply, fused.ply.vis, COLMAP's sparse\n"
-      "model without points, and gt_mesh.ply, the truth in the middle of the town. Memory does not\n"
+      "model without points, and gt_mesh.ply, the truth in the middle of the town. Memory does "
+      "not\n"
       "grow with the cloud.\n");
   for (const OptionSet::Entry& entry : options.entries()) {
     fmt::print("  --{:<18} {} ({}{}{}; default {})\n", entry.name, entry.help, entry.type,

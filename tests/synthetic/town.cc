@@ -82,7 +82,8 @@ void TownOptions::Describe(OptionSet* options) {
 
 Town::Town(const TownOptions& options) : options_(options) {
   const double per_lot = kPointsPerSquarePixel * kAreaOfLot / (options.gsd * options.gsd);
-  lots_per_side_ = std::max(1, static_cast<int>(std::lround(std::sqrt(options.num_points / per_lot))));
+  lots_per_side_ =
+      std::max(1, static_cast<int>(std::lround(std::sqrt(options.num_points / per_lot))));
   for (int j = 0; j < lots_per_side_; ++j) {
     for (int i = 0; i < lots_per_side_; ++i) houses_.push_back(MakeHouse(i, j));
   }
@@ -107,8 +108,8 @@ double Town::GroundHeight(double x, double y) const {
 }
 
 Eigen::AlignedBox3d Town::MakeHouse(int i, int j) const {
-  const auto lot = static_cast<uint64_t>(j) * static_cast<uint64_t>(lots_per_side_) +
-                   static_cast<uint64_t>(i);
+  const auto lot =
+      static_cast<uint64_t>(j) * static_cast<uint64_t>(lots_per_side_) + static_cast<uint64_t>(i);
   Random random(options_.seed, kHouseStream + lot);
   const auto whole = [&](int low, int high) {
     return low + static_cast<int>(random.Below(static_cast<uint64_t>(high - low + 1)));
@@ -173,7 +174,8 @@ Scene Town::MakeViews() const {
     for (int i = 0; i < columns; ++i) {
       const Eigen::Vector3d center(kStationX * i, kStationY * j, height);
       for (const Eigen::Vector3d& direction : directions) {
-        scene.views.push_back(MakeView(scene.num_views(), camera, LookAt(center, center + direction)));
+        scene.views.push_back(
+            MakeView(scene.num_views(), camera, LookAt(center, center + direction)));
       }
     }
   }
@@ -186,7 +188,10 @@ namespace {
 class LotSampler {
  public:
   LotSampler(const Town& town, const TownOptions& options, const Scene& scene, int lot)
-      : town_(town), options_(options), scene_(scene), random_(options.seed, static_cast<uint64_t>(lot)) {
+      : town_(town),
+        options_(options),
+        scene_(scene),
+        random_(options.seed, static_cast<uint64_t>(lot)) {
     columns_ = static_cast<int>(std::ceil(town.side() / kStationX)) + 1;
     rows_ = static_cast<int>(std::ceil(town.side() / kStationY)) + 1;
     i_ = lot % town.lots_per_side();

@@ -16,6 +16,7 @@ std::unique_ptr<Command> MakePatchMatchStereoCommand();
 std::unique_ptr<Command> MakeStereoFusionCommand();
 std::unique_ptr<Command> MakeVisibilityMesherCommand();
 std::unique_ptr<Command> MakeMeshRefinerCommand();
+std::unique_ptr<Command> MakeMeshTexturerCommand();
 std::unique_ptr<Command> MakeMeshSimplifier();
 std::unique_ptr<Command> MakeMeshComparer();
 std::unique_ptr<Command> MakeMeshEvaluator();

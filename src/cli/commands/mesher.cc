@@ -22,7 +22,7 @@ using StageChoice = std::optional<ReconstructionStage>;
 std::vector<std::pair<std::string, StageChoice>> StageNames(const std::string& open_end) {
   using enum ReconstructionStage;
   std::vector<std::pair<std::string, StageChoice>> names = {{open_end, std::nullopt}};
-  for (const auto stage : {kStereo, kFusion, kQuasiDense, kSurface, kRefinement}) {
+  for (const auto stage : {kStereo, kFusion, kQuasiDense, kSurface, kRefinement, kTexturing}) {
     names.emplace_back(StageName(stage), stage);
   }
   return names;
@@ -46,6 +46,8 @@ class MesherCommand : public Command {
         "--point_source quasi_dense: fused.ply and fused.ply.vis from interest points\n"
         "- visibility_mesher: meshed-visibility.ply\n"
         "- mesh_refiner: meshed-refined.ply, with vertex colours\n"
+        "- mesh_texturer, with --texture: textured/mesh.ply and its pages, textured/texture.png "
+        "and further ones\n"
         "lsmvs/run.json keeps, for each stage, options, input hashes, time, memory and counts. "
         "A rerun skips what is up to "
         "date; a stopped or killed run goes on where it was. Files that COLMAP or you made are "
@@ -55,7 +57,7 @@ class MesherCommand : public Command {
         "The first Ctrl-C ends the run cleanly, a second one at once. The result does not "
         "depend on the number of threads.",
         {"lsmvs-mesher project", "lsmvs-mesher project --quality low",
-         "lsmvs-mesher project --quality medium --max_memory 8GB",
+         "lsmvs-mesher project --texture", "lsmvs-mesher project --quality medium --max_memory 8GB",
          "lsmvs-mesher project/dense/0 --from visibility_mesher "
          "--VisibilityMeshing.max_proj_dist 1"},
         {"workspace_path"},
@@ -106,6 +108,8 @@ class MesherCommand : public Command {
                      "First stage; what earlier stages make must be there and is used as it is.",
                      StageNames("first"));
     options->AddEnum("to", &to_, "Last stage.", StageNames("last"));
+    options->Add("texture", &texture_,
+                 "Texture the refined mesh with the photos, as --to mesh_texturer does.");
     stage_.DescribeOverwrite(options);
     stage_.DescribeScratch(options);
     stage_.DescribePhotometricMaps(false, options);
@@ -121,6 +125,9 @@ class MesherCommand : public Command {
   }
 
   void Run(const CommandContext& context) override {
+    if (texture_ && to_.value_or(ReconstructionStage::kTexturing) != To()) {
+      throw UsageError("--texture and --to name different last stages; give one of them");
+    }
     CheckStages(options_.point_source, From(), To());
     if (max_image_size_.has_value()) options_.max_image_size = std::max(0, *max_image_size_);
     options_.keep_photometric_maps = stage_.keep_photometric_maps;
@@ -146,7 +153,10 @@ class MesherCommand : public Command {
   ReconstructionStage From() const {
     return from_.value_or(StagesOf(options_.point_source).front());
   }
-  ReconstructionStage To() const { return to_.value_or(StagesOf(options_.point_source).back()); }
+  ReconstructionStage To() const {
+    if (texture_) return ReconstructionStage::kTexturing;
+    return to_.value_or(ReconstructionStage::kRefinement);
+  }
 
   void RunWorkspace(const WorkspaceEntry& entry, const CommandContext& context) {
     const DenseWorkspace workspace = Prepare(entry, context);
@@ -194,7 +204,7 @@ class MesherCommand : public Command {
   std::optional<PointSource> point_source_;
   std::optional<int> max_image_size_;
   StageChoice from_, to_;
-  bool report_ = false;
+  bool texture_ = false, report_ = false;
   ReconstructionOptions options_;
 };
 
