@@ -183,18 +183,21 @@ void CheckPlanFitsDisk(const PlanHeader& header, const RunPlan& plan, uint64_t f
                           FormatBytes(free_bytes), SizeAdvice(size)));
 }
 
-void CheckScratchFits(const PlanHeader& header, const RunPlan& plan) {
+void CheckScratchFits(const PlanHeader& header, const RunPlan& plan, uint64_t free_bytes) {
   if (plan.peak_scratch_bytes == 0) return;
   std::error_code error;
   const fs::space_info space = fs::space(plan.scratch_folder, error);
-  if (error || plan.peak_scratch_bytes <= space.available) return;
+  const bool same_disk = !error && space.available == free_bytes;
+  const uint64_t needed = plan.peak_scratch_bytes + (same_disk ? plan.peak_disk_bytes : 0);
+  if (error || needed <= space.available) return;
   throw Error(
       ExitCode::kFileSystem,
-      fmt::format("{}: the scratch file needs about {} of disk, but {} are free in {}; make room, "
-                  "name another folder by --scratch_path, allow more memory with --max_memory, or "
-                  "give --ignore_disk_space 1 to start nevertheless",
-                  header.workspace, FormatBytes(plan.peak_scratch_bytes),
-                  FormatBytes(space.available), plan.scratch_folder.string()));
+      fmt::format(
+          "{}: scratch file and results need about {} of disk, but {} are free in {}; make room, "
+          "name another folder by --scratch_path, allow more memory with --max_memory, or "
+          "give --ignore_disk_space 1 to start nevertheless",
+          header.workspace, FormatBytes(needed), FormatBytes(space.available),
+          plan.scratch_folder.string()));
 }
 
 std::optional<uint64_t> FreeDiskBytes(const std::vector<Task>& tasks, const RunPlan& plan) {

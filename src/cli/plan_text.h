@@ -45,8 +45,8 @@ void CheckPlanFitsDisk(const PlanHeader& header, const RunPlan& plan, uint64_t f
                        int image_size);
 
 // Throws Error(kFileSystem), with advice, if the largest scratch file does not fit where it goes,
-// beside the results if they go to the same disk.
-void CheckScratchFits(const PlanHeader& header, const RunPlan& plan);
+// beside the results if they go to the same disk, of which `free_bytes` are free.
+void CheckScratchFits(const PlanHeader& header, const RunPlan& plan, uint64_t free_bytes);
 
 // Bytes free where the tasks that run write; nothing if that cannot be known.
 std::optional<uint64_t> FreeDiskBytes(const std::vector<Task>& tasks, const RunPlan& plan);

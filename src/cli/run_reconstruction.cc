@@ -169,7 +169,7 @@ void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstru
   const std::optional<uint64_t> free_bytes = FreeDiskBytes(tasks, plan);
   if (free_bytes && !stage.ignore_disk_space) {
     CheckPlanFitsDisk(header, plan, *free_bytes, LongestSide(reconstruction));
-    CheckScratchFits(header, plan);
+    CheckScratchFits(header, plan, *free_bytes);
   }
   if (Matches(plan)) CheckContrast(reconstruction.scene, *reconstruction.images, context.run);
   ConsoleObserver observer(plan, context.run.num_threads(), context.display);
