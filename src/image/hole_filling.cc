@@ -1,56 +1,46 @@
 #include "lsmvs/image/hole_filling.h"
 
-#include <vector>
+#include <algorithm>
 
 namespace lsmvs {
 
 namespace {
 
-using MeanImage = Raster<Eigen::Vector4f>;  // mean of the known pixels; 1, or 0 if there is none
-
-MeanImage Halved(const MeanImage& fine) {
-  MeanImage coarse((fine.width + 1) / 2, (fine.height + 1) / 2, Eigen::Vector4f::Zero());
-  for (int y = 0; y < fine.height; ++y) {
-    for (int x = 0; x < fine.width; ++x) {
-      if (fine(x, y)[3] > 0) coarse(x / 2, y / 2) += fine(x, y);
+// Half the size; a pixel is known if one of its four is, and has their mean colour.
+void Pull(const ByteImage& known, const ColorImage& colors, ByteImage* coarse_known,
+          ColorImage* mean) {
+  *coarse_known = ByteImage((colors.width + 1) / 2, (colors.height + 1) / 2, 0);
+  *mean = ColorImage(coarse_known->width, coarse_known->height, Color::Zero());
+  for (int row = 0; row < coarse_known->height; ++row) {
+    for (int column = 0; column < coarse_known->width; ++column) {
+      Eigen::Vector3i sum = Eigen::Vector3i::Zero();
+      int count = 0;
+      for (int y = 2 * row; y < std::min(2 * row + 2, colors.height); ++y) {
+        for (int x = 2 * column; x < std::min(2 * column + 2, colors.width); ++x) {
+          if (known(x, y) == 0) continue;
+          sum += colors(x, y).cast<int>();
+          ++count;
+        }
+      }
+      if (count == 0) continue;
+      (*coarse_known)(column, row) = 1;
+      (*mean)(column, row) = ((2 * sum.array() + count) / (2 * count)).cast<uint8_t>().matrix();
     }
   }
-  for (Eigen::Vector4f& mean : coarse.pixels) {
-    if (mean[3] > 0) mean /= mean[3];
-  }
-  return coarse;
-}
-
-void Fill(const MeanImage& coarse, MeanImage* fine) {
-  for (int y = 0; y < fine->height; ++y) {
-    for (int x = 0; x < fine->width; ++x) {
-      if ((*fine)(x, y)[3] == 0) (*fine)(x, y) = coarse(x / 2, y / 2);
-    }
-  }
-}
-
-MeanImage KnownPixels(const ByteImage& known, const ColorImage& image) {
-  MeanImage means(image.width, image.height, Eigen::Vector4f::Zero());
-  for (size_t i = 0; i < image.size(); ++i) {
-    if (known.pixels[i] == 0) continue;
-    means.pixels[i].head<3>() = image.pixels[i].cast<float>();
-    means.pixels[i][3] = 1;
-  }
-  return means;
 }
 
 }  // namespace
 
 void FillHoles(const ByteImage& known, ColorImage* image) {
-  if (image->empty()) return;
-  std::vector<MeanImage> levels = {KnownPixels(known, *image)};
-  while (levels.back().size() > 1) levels.push_back(Halved(levels.back()));
-  for (size_t level = levels.size() - 1; level > 0; --level) {
-    Fill(levels[level], &levels[level - 1]);
-  }
-  for (size_t i = 0; i < image->size(); ++i) {
-    if (known.pixels[i] != 0) continue;
-    image->pixels[i] = (levels[0].pixels[i].head<3>().array() + 0.5f).matrix().cast<uint8_t>();
+  if (image->width <= 1 && image->height <= 1) return;
+  ByteImage coarse_known;
+  ColorImage mean;
+  Pull(known, *image, &coarse_known, &mean);
+  FillHoles(coarse_known, &mean);
+  for (int row = 0; row < image->height; ++row) {
+    for (int column = 0; column < image->width; ++column) {
+      if (known(column, row) == 0) (*image)(column, row) = mean(column / 2, row / 2);
+    }
   }
 }
 

@@ -41,7 +41,7 @@ constexpr double kSecondsPerPixelOnce = 2e-7;                        // decoding
 constexpr double kLevelSum = 1.33;  // pixels of all levels, relative to the finest
 // Of a dense mesh short edges are collapsed until a face covers so many pixels, or until so large a
 // part is left, since what is not flat must stay.
-constexpr double kPixelsOfFace = 3.8, kPartThatStays = 0.3;
+constexpr double kPixelsOfFace = 3.8, kPartThatStays = 0.25;
 // The guard looks for pairs that took no part among more neighbours than the refinement had.
 constexpr int kGuardNeighborFactor = 2, kMaxGuardPairs = 4;
 

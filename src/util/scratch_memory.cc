@@ -31,9 +31,9 @@ std::atomic<bool> scratch_is_on = false;
 
 namespace {
 
-constexpr size_t kChunk = 2 << 20;               // a huge page on most machines
-constexpr size_t kRangeBytes = size_t{1} << 43;  // address space; costs nothing until it is used
-constexpr size_t kNumChunks = kRangeBytes / kChunk;
+constexpr size_t kChunk = 2 << 20;  // a huge page on most machines
+// Address space, which costs nothing until it is used: the most, and the least where it is limited.
+constexpr size_t kMaxRangeBytes = size_t{1} << 43, kMinRangeBytes = size_t{1} << 34;
 
 bool scratch_new_is_linked = false;
 
@@ -90,14 +90,14 @@ class Pager {
  public:
   explicit Pager(const std::filesystem::path& folder)
       : folder_(folder), file_(OpenUnnamedFile(folder)) {
-    states_ = static_cast<ChunkState*>(MapAnonymous(kNumChunks, PROT_READ | PROT_WRITE));
+    states_ = static_cast<ChunkState*>(MapAnonymous(NumChunks(), PROT_READ | PROT_WRITE));
     spare_range_ = static_cast<std::byte*>(MapAnonymous(2 * kChunk, PROT_NONE));
     const size_t misaligned = reinterpret_cast<uintptr_t>(spare_range_) % kChunk;
     spare_ = spare_range_ + (misaligned == 0 ? 0 : kChunk - misaligned);
     MakeSpare();
   }
   ~Pager() {
-    ::munmap(states_, kNumChunks);
+    ::munmap(states_, NumChunks());
     ::munmap(spare_range_, 2 * kChunk);
     ::close(file_);
   }
@@ -169,6 +169,10 @@ class Pager {
     return memory;
   }
 
+  static size_t RangeBytes() {
+    return static_cast<size_t>(scratch_range.end - scratch_range.begin);
+  }
+  static size_t NumChunks() { return RangeBytes() / kChunk; }
   static std::byte* AddressOf(uint32_t chunk) { return scratch_range.begin + chunk * kChunk; }
   static off_t OffsetOf(uint32_t chunk) { return static_cast<off_t>(chunk * kChunk); }
 
@@ -313,7 +317,7 @@ class Pager {
       if (offset - begin >= size) return begin;
       begin = offset + block_size;
     }
-    if (begin + size > kRangeBytes) throw std::bad_alloc();
+    if (begin + size > RangeBytes()) throw std::bad_alloc();
     return begin;
   }
 
@@ -408,11 +412,15 @@ void OnFault(int number, siginfo_t* info, void* context) {
 void TakeRange() {
   if (scratch_range.begin != nullptr) return;
   constexpr int kFlags = MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE;
-  void* range = ::mmap(nullptr, kRangeBytes + kChunk, PROT_NONE, kFlags, -1, 0);
-  if (range == MAP_FAILED) throw std::bad_alloc();
+  size_t size = kMaxRangeBytes;
+  void* range = MAP_FAILED;
+  while ((range = ::mmap(nullptr, size + kChunk, PROT_NONE, kFlags, -1, 0)) == MAP_FAILED) {
+    if (size <= kMinRangeBytes) throw std::bad_alloc();
+    size /= 2;
+  }
   const auto begin = (reinterpret_cast<uintptr_t>(range) + kChunk - 1) / kChunk * kChunk;
   scratch_range.begin = reinterpret_cast<std::byte*>(begin);
-  scratch_range.end = scratch_range.begin + kRangeBytes;
+  scratch_range.end = scratch_range.begin + size;
   struct sigaction action = {};
   action.sa_sigaction = OnFault;
   action.sa_flags = SA_SIGINFO | SA_NODEFER | SA_RESTART;

@@ -101,6 +101,34 @@ TEST(CheckPlanFitsDisk, NamesWhatIsFreeAndASizeThatFits) {
   }
 }
 
+RunPlan PlanWithScratch() {
+  RunPlan plan = MakePlan();
+  plan.stages[1].scratch_bytes = plan.peak_scratch_bytes = 12'000'000'000;
+  plan.scratch_folder = std::filesystem::temp_directory_path();
+  return plan;
+}
+
+TEST(PlanText, NamesPartsAndScratchFile) {
+  const std::string text = PlanText(MakeHeader(), PlanWithScratch());
+  EXPECT_THAT(text, AllOf(HasSubstr("in 4 parts, with a scratch file of 12 GB"),
+                          HasSubstr(std::filesystem::temp_directory_path().string())));
+  EXPECT_THAT(PlanText(MakeHeader(), MakePlan()), Not(HasSubstr("scratch")));
+}
+
+TEST(CheckScratchFits, NamesTheFolderAndWhatHelps) {
+  RunPlan plan = PlanWithScratch();
+  EXPECT_NO_THROW(CheckScratchFits(MakeHeader(), MakePlan(), 0));
+  plan.peak_scratch_bytes = uint64_t{1} << 60;
+  try {
+    CheckScratchFits(MakeHeader(), plan, 0);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kFileSystem);
+    EXPECT_THAT(error.what(), AllOf(HasSubstr(plan.scratch_folder.string()),
+                                    HasSubstr("--scratch_path"), HasSubstr("--max_memory")));
+  }
+}
+
 TEST(FreeDiskBytes, IsThatWhereTheFirstTaskWrites) {
   Task task;
   task.outputs = {std::filesystem::temp_directory_path() / "not/there/yet/x"};

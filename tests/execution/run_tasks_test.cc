@@ -380,6 +380,66 @@ TEST_F(TwoPasses, DiskIsCountedAtItsMost) {
   EXPECT_EQ(plan.stages.back().output_bytes, kBytes);
 }
 
+// A task that needs 1,000 bytes, or 100 with a scratch file.
+Task LargeTask(const std::filesystem::path& folder) {
+  Task task;
+  task.stage = task.name = "large";
+  task.outputs = {folder / "large"};
+  task.cost.peak_bytes = 1000;
+  task.least_bytes = 100;
+  return task;
+}
+
+PlannedTask PlanLarge(const Task& task, size_t memory_bytes, int num_parts, RunStore* store) {
+  PlanOptions options;
+  options.memory_bytes = memory_bytes;
+  options.num_parts = num_parts;
+  return PlanRun({task}, options, store).tasks.at(0);
+}
+
+TEST(ScratchPlan, TasksThatDoNotFitGetAScratchFile) {
+  const TemporaryFolder folder;
+  RunStore store(folder.path(), "test 1");
+  const Task task = LargeTask(folder.path());
+  EXPECT_EQ(PlanLarge(task, 1000, 1, &store).resident_bytes, 0u);
+  EXPECT_EQ(PlanLarge(task, 999, 1, &store).resident_bytes, 999u);
+  EXPECT_EQ(PlanLarge(task, 1000, 4, &store).resident_bytes, 250u);
+  EXPECT_EQ(PlanLarge(task, 200, 4, &store).resident_bytes, 200u);
+  EXPECT_EQ(PlanLarge(task, 50, 4, &store).resident_bytes, 100u);  // more than there is: refused
+  Task unable = task;
+  unable.least_bytes = 0;
+  EXPECT_EQ(PlanLarge(unable, 999, 4, &store).resident_bytes, 0u);
+}
+
+TEST(ScratchPlan, StagesCountWhatStaysInMemoryAndTheFile) {
+  const TemporaryFolder folder;
+  RunStore store(folder.path(), "test 1");
+  PlanOptions options;
+  options.num_parts = 4;
+  options.scratch_folder = folder.path();
+  const RunPlan plan = PlanRun({LargeTask(folder.path())}, options, &store);
+  EXPECT_EQ(plan.stages.at(0).cost.peak_bytes, 250u);
+  EXPECT_EQ(plan.stages.at(0).scratch_bytes, 1000u);
+  EXPECT_EQ(plan.peak_scratch_bytes, 1000u);
+  EXPECT_EQ(plan.scratch_folder, folder.path());
+}
+
+// This program has no scratch memory: the refusal stays what it is.
+TEST(ScratchPlan, WithoutScratchMemoryARefusalIsPassedOn) {
+  const TemporaryFolder folder;
+  RunStore store(folder.path(), "test 1");
+  Task task = LargeTask(folder.path());
+  int calls = 0;
+  task.run = [&](const TaskRun&) -> TaskCounts {
+    ++calls;
+    throw MemoryError("too large");
+  };
+  SilentObserver observer;
+  const RunPlan plan = PlanRun({task}, {}, &store);
+  EXPECT_THROW(RunTasks({task}, plan, &store, &observer, RunContext(1)), MemoryError);
+  EXPECT_EQ(calls, 1);
+}
+
 TEST_F(Chain, ReplacedFilesMakeRoomOnlyWhenTheNewOnesAreComplete) {
   Run();
   std::vector<Task> tasks = Tasks();

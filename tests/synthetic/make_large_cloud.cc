@@ -3,11 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
-#include <exception>
 #include <string>
 #include <vector>
 
+#include "lsmvs/synthetic/generator.h"
 #include "lsmvs/synthetic/town.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/option_set.h"
@@ -31,29 +30,11 @@ struct ProgramOptions {
   }
 };
 
-void PrintHelp(const OptionSet& options) {
-  std::puts(
-      "usage: make_large_cloud --output FOLDER [--option value]...\n"
-      "Samples a town seen from the air. FOLDER gets fused.ply, fused.ply.vis, COLMAP's sparse\n"
-      "model without points, and gt_mesh.ply, the truth in the middle of the town. Memory does "
-      "not\n"
-      "grow with the cloud.\n");
-  for (const OptionSet::Entry& entry : options.entries()) {
-    fmt::print("  --{:<18} {} ({}{}{}; default {})\n", entry.name, entry.help, entry.type,
-               entry.bounds.empty() ? "" : " ", entry.bounds,
-               entry.default_value.empty() ? "none" : entry.default_value);
-  }
-}
-
-void Parse(const std::vector<std::string>& arguments, const OptionSet& options) {
-  for (size_t i = 0; i < arguments.size(); i += 2) {
-    const OptionSet::Entry* entry =
-        arguments[i].starts_with("--") ? options.Find(arguments[i].substr(2)) : nullptr;
-    if (entry == nullptr) throw UsageError("unknown option '" + arguments[i] + "'; see --help");
-    if (i + 1 == arguments.size()) throw UsageError(arguments[i] + " needs a value");
-    entry->set(arguments[i + 1]);
-  }
-}
+constexpr const char* kUsage =
+    "usage: make_large_cloud --output FOLDER [--option value]...\n"
+    "Samples a town seen from the air. FOLDER gets fused.ply, fused.ply.vis, COLMAP's sparse\n"
+    "model without points, and gt_mesh.ply, the truth in the middle of the town. Memory does not\n"
+    "grow with the cloud.\n";
 
 void Run(ProgramOptions options) {
   if (options.output.empty()) throw UsageError("--output is missing; see --help");
@@ -70,20 +51,7 @@ int Main(const std::vector<std::string>& arguments) {
   ProgramOptions options;
   OptionSet set;
   options.Describe(&set);
-  try {
-    for (const std::string& argument : arguments) {
-      if (argument == "--help" || argument == "-h") return PrintHelp(set), 0;
-    }
-    Parse(arguments, set);
-    Run(options);
-    return static_cast<int>(ExitCode::kOk);
-  } catch (const Error& error) {
-    fmt::print(stderr, "error: {}\n", error.what());
-    return static_cast<int>(error.code());
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "internal error: {}\n", error.what());
-    return static_cast<int>(ExitCode::kInternal);
-  }
+  return RunGenerator(kUsage, set, arguments, [&] { Run(options); });
 }
 
 }  // namespace

@@ -7,10 +7,10 @@
 #include <memory>
 #include <tuple>
 
+#include "lsmvs/image/hole_filling.h"
 #include "lsmvs/image/largest_image.h"
 #include "lsmvs/image/sampling.h"
 #include "lsmvs/image/triangle_spans.h"
-#include "lsmvs/texturing/baking/pull_push.h"
 
 namespace lsmvs {
 
@@ -53,7 +53,7 @@ class PageBaker {
     const std::vector<Draw> fades = CollectFades(draws);
     DrawAll(std::move(draws), false);
     DrawAll(fades, true);
-    PullPush(page_.coverage, &page_.colors);
+    FillHoles(page_.coverage, &page_.colors);
     return std::move(page_);
   }
 
