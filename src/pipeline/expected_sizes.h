@@ -19,6 +19,10 @@ double ExpectedViewsPerPoint(const Reconstruction& reconstruction);
 // Faces of a mesh that the surface stage makes from the workspace's cloud.
 size_t ExpectedFaces(const Reconstruction& reconstruction, const std::filesystem::path& mesh);
 
+// Faces of the refined mesh, which simplification leaves few of.
+size_t ExpectedRefinedFaces(const Reconstruction& reconstruction,
+                            const std::filesystem::path& mesh);
+
 // Memory below which a task that may work with a scratch file had better not start: every chunk
 // would come and go too often.
 size_t LeastBytes(size_t needed_bytes);

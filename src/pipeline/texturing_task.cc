@@ -63,7 +63,7 @@ Task MakeTexturingTask(const ReconstructionPtr& reconstruction,
   AddAllPhotoInputs(*reconstruction, &task);
   task.inputs.push_back(input_mesh);
   task.outputs = {output_mesh, PagePath(output_mesh, 0)};
-  const size_t num_faces = ExpectedFaces(*reconstruction, input_mesh);
+  const size_t num_faces = ExpectedRefinedFaces(*reconstruction, input_mesh);
   task.cost = EstimateTexturingCost(*reconstruction->images, num_faces,
                                     reconstruction->options.texturing, reconstruction->num_threads);
   task.least_bytes = LeastBytes(task.cost.peak_bytes);
