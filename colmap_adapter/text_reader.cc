@@ -13,9 +13,18 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r\v\f";
 
+// The number in what numpy 2 prints of its own types: np.float64(0.5).
+std::string_view WithoutNumpyType(std::string_view word) {
+  if (!word.starts_with("np.") || !word.ends_with(')')) return word;
+  const size_t open = word.find('(');
+  if (open == std::string_view::npos) return word;
+  return word.substr(open + 1, word.size() - open - 2);
+}
+
 // Value of the whole word; false if it is not one.
 template <class T>
 bool Parse(std::string_view word, T* value) {
+  word = WithoutNumpyType(word);
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
   const char* end = word.data() + word.size();
   const auto [last, error] = std::from_chars(word.data(), end, *value);

@@ -9,8 +9,8 @@
 namespace lsmvs::internal {
 
 // Reads a text file line by line and takes lines apart at blanks. A byte order mark is skipped;
-// whole numbers may be written as numpy writes them (1.000000e+00). Every failure throws InputError
-// with path and line.
+// numbers may be written as numpy writes them (whole ones as 1.000000e+00, or np.float64(0.5)).
+// Every failure throws InputError with path and line.
 class TextReader {
  public:
   // `remedy` ends the messages.

@@ -297,7 +297,7 @@ TEST(SparseModelTextTest, NumpyByteOrderMarksAndUnsignedMinusOne) {
   WriteWholeFile(folder.path() / "cameras.txt", mark + "1 PINHOLE 10 20 1.5 2 5 10\n");
   WriteWholeFile(folder.path() / "images.txt",
                  mark +
-                     "# i\n1.000e+00 1 0 0 0 0 0 0 1.0 a.jpg\n"
+                     "# i\n1.000e+00 np.float64(1.0) 0 0 0 0 0 0 np.int64(1) a.jpg\n"
                      "5 5 18446744073709551615 6 6 -1.0e+00 7 7 7.000e+00\n");
   WriteWholeFile(folder.path() / "points3D.txt",
                  mark + "7.0e+00 1 2 3 4.0e+00 5.0e+00 6.0e+00 5.0e-01 1 2\n");
