@@ -54,6 +54,25 @@ TEST(SplitWideFaces, LeavesNoWideFaceAndTheSurfaceAsItIs) {
   EXPECT_LT(mesh.faces.size(), 2000u);
 }
 
+// Vertices are added while the views of a face are looked at: where they lie must not matter.
+TEST(SplitWideFaces, OfManyViewsIsTheSameWhereverTheVerticesLie) {
+  Scene scene = Above({0.5, 0.5, 2});
+  for (const double x : {1.0, 1.5, 2.0}) scene.views.push_back(DownwardView({x, 0.5, 2}));
+  ImageStore images(std::vector<ImageSource>(
+                        4, {.path = "a.png", .mask_path = "", .camera = scene.views[0].camera}),
+                    ImageStoreOptions());
+  TriangleMesh tight = PlaneMesh(4, 3, 0, 2);
+  tight.vertex_quality.assign(tight.vertices.size(), 0.5f);
+  TriangleMesh roomy = tight;
+  roomy.vertices.reserve(100000);
+  tight.vertices.shrink_to_fit();
+  SplitWideFaces(scene, images, 20, &tight, RunContext(1));
+  SplitWideFaces(scene, images, 20, &roomy, RunContext(1));
+  EXPECT_EQ(tight.vertices, roomy.vertices);
+  EXPECT_EQ(tight.faces, roomy.faces);
+  EXPECT_EQ(tight.vertex_quality, std::vector<float>(tight.vertices.size(), 0.5f));
+}
+
 TEST(SplitWideFaces, LeavesSmallFacesAlone) {
   const Scene scene = Above({0.5, 0.5, 2});
   const TriangleMesh input = PlaneMesh(1, 1, 0, 10);

@@ -87,7 +87,8 @@ class FaceSplitter {
 
   void MarkLongEdges(const Eigen::Vector3i& face) {
     if (LongestEdge(face) <= always_short_) return;
-    const Eigen::Vector3d& corner = mesh_.vertices[face[0]];
+    // A copy: marking adds vertices.
+    const Eigen::Vector3d corner = mesh_.vertices[face[0]];
     const Eigen::Vector3d normal =
         (mesh_.vertices[face[1]] - corner).cross(mesh_.vertices[face[2]] - corner);
     for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -135,6 +136,10 @@ class FaceSplitter {
     if (!mesh_.vertex_normals.empty()) {
       mesh_.vertex_normals.push_back(
           (mesh_.vertex_normals[a] + mesh_.vertex_normals[b]).normalized());
+    }
+    if (!mesh_.vertex_quality.empty()) {
+      mesh_.vertex_quality.push_back(0.5f * (mesh_.vertex_quality[static_cast<size_t>(a)] +
+                                             mesh_.vertex_quality[static_cast<size_t>(b)]));
     }
   }
 
