@@ -21,9 +21,11 @@ namespace {
 constexpr const char* kSurfaceVersion = "8";
 constexpr const char* kRefinementVersion = "5";
 
-// Points inside the box, which is in the world of the files.
-VisibilityCloud Crop(const VisibilityCloud& cloud, const Eigen::AlignedBox3d& box,
-                     const Eigen::Vector3d& world_offset) {
+// Points inside the options' box, which is in the world of the files; all if it is empty.
+VisibilityCloud Crop(const Reconstruction& reconstruction, VisibilityCloud cloud) {
+  const Eigen::AlignedBox3d& box = reconstruction.options.bounding_box;
+  if (box.isEmpty()) return cloud;
+  const Eigen::Vector3d& world_offset = reconstruction.scene.world_offset;
   VisibilityCloud kept;
   for (size_t p = 0; p < cloud.size(); ++p) {
     if (!box.contains(cloud.positions[p].cast<double>() + world_offset)) continue;
@@ -46,9 +48,7 @@ enum SurfaceOutput { kMeshFile, kMeshVisibilityFile, kCloudFile, kCloudVisibilit
 
 VisibilityCloud ReadCroppedCloud(const Reconstruction& reconstruction,
                                  const std::filesystem::path& cloud) {
-  VisibilityCloud points = reconstruction.files->ReadCloud(cloud, reconstruction.scene);
-  const Eigen::AlignedBox3d& box = reconstruction.options.bounding_box;
-  return box.isEmpty() ? std::move(points) : Crop(points, box, reconstruction.scene.world_offset);
+  return Crop(reconstruction, reconstruction.files->ReadCloud(cloud, reconstruction.scene));
 }
 
 // Reads the cloud once more: it was freed when its points were merged.
@@ -202,10 +202,8 @@ Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
                  MeanTrackLength(reconstruction->scene), PointSpacing::kRandom, &task);
   task.run = [=](const TaskRun& run) {
     DropCaches(*reconstruction);
-    VisibilityCloud points = SparseCloud(reconstruction->scene);
-    const Eigen::AlignedBox3d& box = reconstruction->options.bounding_box;
-    if (!box.isEmpty()) points = Crop(points, box, reconstruction->scene.world_offset);
-    return MeshCloud(*reconstruction, std::move(points), reconstruction->files->PointsFile(), run);
+    return MeshCloud(*reconstruction, Crop(*reconstruction, SparseCloud(reconstruction->scene)),
+                     reconstruction->files->PointsFile(), run);
   };
   return task;
 }

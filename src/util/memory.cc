@@ -8,12 +8,11 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <fstream>
 #include <limits>
-#include <mutex>
 #include <string>
-#include <thread>
+
+#include "lsmvs/util/periodic_thread.h"
 
 namespace lsmvs {
 
@@ -58,28 +57,11 @@ size_t ResidentBytes() {
 size_t PeakResidentBytes() { return ReadKilobyteLine("/proc/self/status", "VmHWM:"); }
 
 struct PeakMemoryWatch::Sampler {
-  explicit Sampler(size_t bytes) : highest(bytes), thread([this] { Run(); }) {}
-  ~Sampler() {
-    {
-      const std::lock_guard lock(mutex);
-      stop = true;
-    }
-    stopped.notify_all();
-    thread.join();
-  }
-
-  void Run() {
-    constexpr std::chrono::milliseconds kInterval(10);
-    std::unique_lock lock(mutex);
-    while (!stopped.wait_for(lock, kInterval, [this] { return stop; })) Look();
-  }
+  explicit Sampler(size_t bytes) : highest(bytes) {}
   void Look() { highest = std::max(highest.load(), ResidentBytes()); }
 
   std::atomic<size_t> highest;
-  std::mutex mutex;
-  std::condition_variable stopped;
-  bool stop = false;
-  std::thread thread;  // last: it uses the others
+  PeriodicThread thread{std::chrono::milliseconds(10), [this] { Look(); }};  // last: it uses it
 };
 
 PeakMemoryWatch::PeakMemoryWatch()

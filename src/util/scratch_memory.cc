@@ -9,18 +9,17 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <thread>
 #include <vector>
 
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
+#include "lsmvs/util/periodic_thread.h"
 
 namespace lsmvs {
 
@@ -106,7 +105,8 @@ class Pager {
     const std::lock_guard lock(mutex_);
     max_resident_bytes_ = max_resident_bytes;
     // What the process holds beside the chunks.
-    least_other_bytes_ = ResidentBytes() - std::min(ResidentBytes(), ring_.size() * kChunk);
+    const size_t resident = ResidentBytes();
+    least_other_bytes_ = resident - std::min(resident, ring_.size() * kChunk);
     MeasureLimit();
   }
 
@@ -363,33 +363,8 @@ std::unique_ptr<Pager>& ThePager() {
 }
 
 // Lets the pager adapt again and again.
-class Watch {
- public:
-  Watch() : thread_([this] { Run(); }) {}
-  ~Watch() {
-    {
-      const std::lock_guard lock(mutex_);
-      stop_ = true;
-    }
-    stopped_.notify_all();
-    thread_.join();
-  }
-
- private:
-  void Run() {
-    constexpr std::chrono::milliseconds kInterval(10);
-    std::unique_lock lock(mutex_);
-    while (!stopped_.wait_for(lock, kInterval, [this] { return stop_; })) ThePager()->Adapt();
-  }
-
-  std::mutex mutex_;
-  std::condition_variable stopped_;
-  bool stop_ = false;
-  std::thread thread_;  // last: it uses the others
-};
-
-std::unique_ptr<Watch>& TheWatch() {
-  static auto* watch = new std::unique_ptr<Watch>;
+std::unique_ptr<PeriodicThread>& TheWatch() {
+  static auto* watch = new std::unique_ptr<PeriodicThread>;
   return *watch;
 }
 
@@ -445,7 +420,8 @@ ScratchMemory::ScratchMemory(const ScratchMemoryOptions& options) {
     pager = std::make_unique<internal::Pager>(options.folder);
   }
   pager->SetLimit(options.max_resident_bytes);
-  internal::TheWatch() = std::make_unique<internal::Watch>();
+  internal::TheWatch() = std::make_unique<PeriodicThread>(std::chrono::milliseconds(10),
+                                                          [] { internal::ThePager()->Adapt(); });
   internal::scratch_is_on = true;
 }
 

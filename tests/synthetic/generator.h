@@ -13,4 +13,14 @@ namespace lsmvs {
 int RunGenerator(const std::string& usage, const OptionSet& options,
                  const std::vector<std::string>& arguments, const std::function<void()>& run);
 
+// For a struct of options, which `run` receives.
+template <class Options>
+int RunGenerator(const std::string& usage, const std::vector<std::string>& arguments,
+                 void (*run)(Options)) {
+  Options options;
+  OptionSet set;
+  options.Describe(&set);
+  return RunGenerator(usage, set, arguments, [&] { run(options); });
+}
+
 }  // namespace lsmvs

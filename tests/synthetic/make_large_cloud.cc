@@ -47,12 +47,7 @@ void Run(ProgramOptions options) {
              Town::kLot * written.truth_begin, Town::kLot * written.truth_end);
 }
 
-int Main(const std::vector<std::string>& arguments) {
-  ProgramOptions options;
-  OptionSet set;
-  options.Describe(&set);
-  return RunGenerator(kUsage, set, arguments, [&] { Run(options); });
-}
+int Main(const std::vector<std::string>& arguments) { return RunGenerator(kUsage, arguments, Run); }
 
 }  // namespace
 }  // namespace lsmvs

@@ -57,12 +57,7 @@ void Run(ProgramOptions options) {
              scene.scene.num_views(), options.scene.width, options.scene.height, scene.gsd);
 }
 
-int Main(const std::vector<std::string>& arguments) {
-  ProgramOptions options;
-  OptionSet set;
-  options.Describe(&set);
-  return RunGenerator(kUsage, set, arguments, [&] { Run(options); });
-}
+int Main(const std::vector<std::string>& arguments) { return RunGenerator(kUsage, arguments, Run); }
 
 }  // namespace
 }  // namespace lsmvs
