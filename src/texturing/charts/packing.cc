@@ -2,39 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <numeric>
 
+#include "lsmvs/image/page_packing.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
-
-namespace {
-
-// What stb sorts with: equal elements keep their order on every machine.
-void StableSort(void* data, size_t count, size_t size, int (*compare)(const void*, const void*));
-
-}  // namespace
-
-#define STBRP_STATIC
-#define STBRP_SORT StableSort
-#define STB_RECT_PACK_IMPLEMENTATION
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wunused-function"
-#include <stb/stb_rect_pack.h>
-#pragma GCC diagnostic pop
-
-namespace {
-
-void StableSort(void* data, size_t count, size_t size, int (*compare)(const void*, const void*)) {
-  LSMVS_CHECK_EQ(size, sizeof(stbrp_rect));
-  auto* rects = static_cast<stbrp_rect*>(data);
-  std::stable_sort(rects, rects + count,
-                   [&](const stbrp_rect& a, const stbrp_rect& b) { return compare(&a, &b) < 0; });
-}
-
-}  // namespace
 
 namespace lsmvs {
 
@@ -79,25 +52,20 @@ class PageFiller {
  private:
   void FillPage(bool is_last) {
     const std::vector<uint32_t> chosen = Choose(is_last);
-    std::vector<stbrp_rect> rects;
-    for (const uint32_t i : chosen) {
-      rects.push_back({static_cast<int>(i), sizes_[i].x(), sizes_[i].y(), 0, 0, 0});
-    }
-    std::vector<stbrp_node> nodes(static_cast<size_t>(side_));
-    stbrp_context context;
-    stbrp_init_target(&context, side_, side_, nodes.data(), side_);
-    stbrp_pack_rects(&context, rects.data(), static_cast<int>(rects.size()));
+    std::vector<Eigen::Vector2i> sizes;
+    for (const uint32_t i : chosen) sizes.push_back(sizes_[i]);
+    const PagePacking page = PackPage(sizes, side_);
     std::vector<uint32_t> left;
-    for (const stbrp_rect& rect : rects) {
-      const auto i = static_cast<size_t>(rect.id);
-      if (rect.was_packed == 0) {
-        left.push_back(static_cast<uint32_t>(i));
+    for (size_t k = 0; k < chosen.size(); ++k) {
+      const uint32_t i = chosen[k];
+      if (page.fits[k] == 0) {
+        left.push_back(i);
         continue;
       }
       packing_.page_idx[i] = static_cast<uint16_t>(packing_.num_pages);
-      packing_.position[i] = {rect.x, rect.y};
+      packing_.position[i] = page.corners[k];
     }
-    LSMVS_CHECK_LT(left.size(), rects.size());
+    LSMVS_CHECK_LT(left.size(), chosen.size());
     left.insert(left.end(), waiting_.begin() + static_cast<std::ptrdiff_t>(chosen.size()),
                 waiting_.end());
     waiting_.swap(left);
