@@ -88,6 +88,15 @@ void StageOptions::DescribeScratch(OptionSet* options) {
                {1, 4096});
 }
 
+void StageOptions::DescribeMeshStage(OptionSet* options) {
+  DescribeMaskPath(options);
+  DescribeAlphaMask(options);
+  DescribeSkipMissingImages(options);
+  DescribeMaxImageSize("max_image_size", options);
+  DescribeOverwrite(options);
+  DescribeScratch(options);
+}
+
 void StageOptions::DescribePhotometricMaps(bool keep, OptionSet* options) {
   keep_photometric_maps = keep;
   options->Add("keep_photometric_maps", &keep_photometric_maps,

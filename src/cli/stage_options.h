@@ -46,6 +46,8 @@ struct StageOptions {
 
   // Where and how stages work on disk that do not fit into memory: scratch_path, num_parts.
   void DescribeScratch(OptionSet* options);
+  // What stages that work on a mesh with photos share: photos, how results are written, scratch.
+  void DescribeMeshStage(OptionSet* options);
   // `keep`: the default.
   void DescribePhotometricMaps(bool keep, OptionSet* options);
 

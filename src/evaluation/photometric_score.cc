@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include "lsmvs/evaluation/view_choice.h"
 #include "lsmvs/evaluation/window_sums.h"
 #include "lsmvs/image/sampling.h"
 #include "lsmvs/util/check.h"
@@ -265,11 +266,7 @@ PhotometricScore MeasurePhotometricScore(const MeshTracer& tracer, const Triangl
                                          const RunContext& context) {
   std::string error;
   if (!options.Check(&error)) throw UsageError(error);
-  std::vector<int> scored = view_idxs;
-  if (scored.empty()) {
-    scored.resize(scene.views.size());
-    std::iota(scored.begin(), scored.end(), 0);
-  }
+  const std::vector<int> scored = NamedViewsOrAll(view_idxs, scene);
   const Scorer scorer(tracer, scene, images, options, context.Part(0, 0.3));
   PhotometricScore result;
   result.views.resize(scored.size());

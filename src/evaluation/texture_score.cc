@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 
 #include "lsmvs/evaluation/mesh_renderer.h"
+#include "lsmvs/evaluation/view_choice.h"
 #include "lsmvs/evaluation/window_sums.h"
 #include "lsmvs/util/error.h"
 
@@ -229,11 +229,7 @@ TextureScore MeasureTextureScore(const MeshTracer& tracer, const TriangleMesh& m
                                  const TextureScoreOptions& options, const RunContext& context) {
   std::string error;
   if (!options.Check(&error)) throw UsageError(error);
-  std::vector<int> scored = view_idxs;
-  if (scored.empty()) {
-    scored.resize(scene.views.size());
-    std::iota(scored.begin(), scored.end(), 0);
-  }
+  const std::vector<int> scored = NamedViewsOrAll(view_idxs, scene);
   const Scorer scorer(tracer, mesh, texture, scene, images, options, context);
   TextureScore score;
   for (const int view_idx : scored) {

@@ -34,8 +34,7 @@ PagePacking PackPage(std::span<const Eigen::Vector2i> sizes, int side) {
   stbrp_context context;
   stbrp_init_target(&context, side, side, nodes.data(), side);
   PagePacking packing;
-  packing.all_fit =
-      stbrp_pack_rects(&context, rects.data(), static_cast<int>(rects.size())) != 0;
+  packing.all_fit = stbrp_pack_rects(&context, rects.data(), static_cast<int>(rects.size())) != 0;
   for (const stbrp_rect& rect : rects) {
     packing.corners.emplace_back(rect.x, rect.y);
     packing.fits.push_back(rect.was_packed != 0);

@@ -30,12 +30,7 @@ class MeshRefinerCommand : public Command {
     stage_.DescribeWorkspace(options);
     options->Add("input_path", &input_path_, "The mesh to refine (PLY).");
     options->Add("output_path", &output_path_, "The mesh to write (PLY).");
-    stage_.DescribeMaskPath(options);
-    stage_.DescribeAlphaMask(options);
-    stage_.DescribeSkipMissingImages(options);
-    stage_.DescribeMaxImageSize("max_image_size", options);
-    stage_.DescribeOverwrite(options);
-    stage_.DescribeScratch(options);
+    stage_.DescribeMeshStage(options);
     options_.refinement.Describe(options);
   }
 

@@ -44,12 +44,7 @@ class MeshTexturerCommand : public Command {
                  "Folder for mesh.ply and its pages; made if it is missing.");
     options->AddEnum("output_type", &format_, "Format of the textured mesh.",
                      {{"PLY", TexturedFormat::kPly}});
-    stage_.DescribeMaskPath(options);
-    stage_.DescribeAlphaMask(options);
-    stage_.DescribeSkipMissingImages(options);
-    stage_.DescribeMaxImageSize("max_image_size", options);
-    stage_.DescribeOverwrite(options);
-    stage_.DescribeScratch(options);
+    stage_.DescribeMeshStage(options);
     options_.texturing.Describe(options);
   }
 
