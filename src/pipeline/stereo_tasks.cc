@@ -14,7 +14,7 @@ namespace lsmvs {
 namespace {
 
 // Version of the method: a new one makes maps of older runs stale.
-constexpr const char* kStereoVersion = "8";
+constexpr const char* kStereoVersion = "9";
 constexpr const char* kFusionVersion = "6";
 
 // Part of the memory budget that cached depth maps may take.

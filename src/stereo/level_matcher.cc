@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace lsmvs {
@@ -16,6 +17,10 @@ constexpr int kPropagationOffsets[LevelMatcher::kMaxPropagation][2] = {
 // A parabola's step is damped as if its costs rose by so much towards both sides, for a window
 // without texture: there the three costs differ by noise, and what coarser levels found is better.
 constexpr float kStepDamping = 0.5f;
+
+// Random planes turn away from the camera up to this cosine: ground before somebody who stands on
+// it is seen at 10 to 20 degrees.
+constexpr float kMinRandomCosine = 0.1f;
 
 // ZNCC that is asked of a window which only one source sees: its 25 samples reach .5 by chance too
 // often.
@@ -161,11 +166,12 @@ float LevelMatcher::InverseDepthStep(const Packet& packet) const {
 }
 
 void LevelMatcher::Perturb(const SweepSettings& settings, Packet* packet) const {
-  const float step = packet->step;
   PlanePacket candidate;
-  const int num_trials = settings.num_random + settings.num_perturbed;
+  const int num_trials = settings.num_random + settings.num_perturbed + settings.num_steep;
   for (int trial = 0; trial < num_trials; ++trial) {
     const bool anywhere = trial < settings.num_random;
+    const bool steep = trial >= settings.num_random + settings.num_perturbed;
+    const float slope = (steep ? settings.steep_slope : settings.slope) * packet->step;
     for (int lane = 0; lane < kPacketSize; ++lane) {
       const auto [column, row] = packet->pixels[lane];
       const uint32_t pixel = static_cast<uint32_t>(planes_.Index(column, row));
@@ -174,14 +180,34 @@ void LevelMatcher::Perturb(const SweepSettings& settings, Packet* packet) const 
             salt_, pixel,
             (sweep_ * 64 + static_cast<uint32_t>(trial)) * 4 + static_cast<uint32_t>(draw));
       };
-      const float slope = (anywhere ? 0.3f : settings.slope) * step;
-      candidate.q[lane] = anywhere ? min_q_ + (0.5f + 0.5f * noise(0)) * (max_q_ - min_q_)
-                                   : packet->planes.q[lane] + settings.depth_px * step * noise(0);
-      candidate.qx[lane] = (anywhere ? 0.0f : packet->planes.qx[lane]) + slope * noise(1);
-      candidate.qy[lane] = (anywhere ? 0.0f : packet->planes.qy[lane]) + slope * noise(2);
+      const std::array<float, 3> draws = {noise(0), noise(1), noise(2)};
+      const Plane plane =
+          anywhere ? RandomPlane(packet->pixels[lane], draws)
+                   : Plane{packet->planes.q[lane] + settings.depth_px * packet->step * draws[0],
+                           packet->planes.qx[lane] + slope * draws[1],
+                           packet->planes.qy[lane] + slope * draws[2]};
+      candidate.q[lane] = plane.q;
+      candidate.qx[lane] = plane.qx;
+      candidate.qy[lane] = plane.qy;
     }
     Try(candidate, packet);
   }
+}
+
+Plane LevelMatcher::RandomPlane(const PixelPosition& pixel,
+                                const std::array<float, 3>& draws) const {
+  const float depth_draw = 0.5f + 0.5f * draws[0], turn = std::numbers::pi_v<float> * draws[1];
+  const float cosine = 1 - (1 - kMinRandomCosine) * (0.5f + 0.5f * draws[2]);
+  const float sine = std::sqrt(1 - cosine * cosine);
+  const Eigen::Vector3f ray = problem_.camera.PixelRay(pixel.column, pixel.row).cast<float>();
+  const Eigen::Vector3f back = -ray.normalized();
+  const Eigen::Vector3f across = back.cross(Eigen::Vector3f::UnitY()).normalized();
+  const Eigen::Vector3f normal =
+      cosine * back + sine * (std::cos(turn) * across + std::sin(turn) * across.cross(back));
+  const float q = min_q_ + depth_draw * (max_q_ - min_q_);
+  const float along = q / normal.dot(ray);
+  return {q, along * normal.x() / static_cast<float>(problem_.camera.fx),
+          along * normal.y() / static_cast<float>(problem_.camera.fy)};
 }
 
 // Minimum of the parabola through three costs, in steps, with `damping` added to both outer ones; 0

@@ -15,10 +15,10 @@ struct SweepSettings {
   // Planes of so many neighbours are tried: the nearest first, at most kMaxPropagation.
   int num_propagated = 4;
   // Random trials: planes perturbed by up to `depth_px` of displacement in the sources and `slope`
-  // in its gradient.
-  int num_perturbed = 0;
+  // in its gradient; num_steep more by up to `steep_slope`.
+  int num_perturbed = 0, num_steep = 0;
   float depth_px = 1.0f;
-  float slope = 0.1f;
+  float slope = 0.1f, steep_slope = 0;
   // Trials drawn from the whole range of depth.
   int num_random = 0;
   // Minimum of the parabola through the costs at +-parabola_px of displacement. 0: none.
@@ -71,6 +71,8 @@ class LevelMatcher {
   void Try(const PlanePacket& candidate, Packet* packet) const;
   void Propagate(int count, Packet* packet) const;
   void Perturb(const SweepSettings& settings, Packet* packet) const;
+  // Any depth of the range, any normal that the camera sees; `draws` in [-1, 1).
+  Plane RandomPlane(const PixelPosition& pixel, const std::array<float, 3>& draws) const;
   void RefineByParabola(float (PlanePacket::*field)[kPacketSize], float step, Packet* packet) const;
   void ChooseViews(int num_views, Packet* packet);
   float InverseDepthStep(const Packet& packet) const;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "lsmvs/geometry/camera.h"
 #include "lsmvs/image/raster.h"
 #include "lsmvs/stereo/consistency_kernel.h"
 #include "lsmvs/stereo/patch_kernel.h"
@@ -14,6 +15,7 @@ namespace lsmvs {
 // What one level of one view is matched with.
 struct MatchingProblem {
   const GrayImage* gray = nullptr;  // the reference
+  PinholeCamera camera;             // its camera, of the same size
   std::vector<SourceView> sources;
   std::vector<SourcePlanes> source_planes;  // as many, or empty in the photometric pass
   PatchWeights weights;

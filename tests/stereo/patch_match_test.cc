@@ -4,8 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <opencv2/imgcodecs.hpp>
+#include <utility>
+#include <vector>
 
+#include "lsmvs/synthetic/box_union.h"
+#include "lsmvs/synthetic/cameras.h"
+#include "lsmvs/synthetic/sampled_cloud.h"
 #include "lsmvs/synthetic/synthetic_scene.h"
 #include "lsmvs/synthetic/truth.h"
 #include "lsmvs/test_support/temporary_folder.h"
@@ -13,18 +19,46 @@
 namespace lsmvs {
 namespace {
 
+SyntheticScene SceneOf(ShapeName shape, double weak_fraction) {
+  SyntheticSceneOptions options;
+  options.shape = shape;
+  options.num_views = 6;
+  options.width = 200;
+  options.height = 150;
+  SyntheticScene scene = MakeScene(options, RunContext(1));
+  scene.photo.texture.weak_fraction = weak_fraction;
+  return scene;
+}
+
+// A wall 8 wide and 4 high at y = 0 with ground before it, as people 1.6 high see it who stand two
+// steps apart. Sparse points are on the wall alone.
+SyntheticScene GroundBeforeAWall() {
+  SyntheticScene result;
+  result.shape = std::make_shared<BoxUnion>(
+      std::vector<Eigen::AlignedBox3d>{{Eigen::Vector3d(-9, -9, -0.5), Eigen::Vector3d(9, 1, 0)},
+                                       {Eigen::Vector3d(-4, 0, -0.5), Eigen::Vector3d(4, 1, 4)}});
+  const PinholeCamera camera = MakeCamera(240, 180, 0.9);
+  for (int v = 0; v < 6; ++v) {
+    const double x = -4.0 + 1.6 * v;
+    result.scene.views.push_back(
+        MakeView(v, camera, LookAt({x, -7.0 + 0.1 * (v % 2), 1.6}, {0.4 * x, 0, 1.2})));
+  }
+  result.scene.points =
+      SampleSparsePoints(*result.shape, result.scene, 1500, 0.0, 5, RunContext(1));
+  std::erase_if(result.scene.points, [](const SparsePoint& p) { return p.x_in_world.z() < 0.2; });
+  result.gsd = GroundSamplingDistance(result.scene);
+  result.photo.texture.finest_wavelength = 2.5 * result.gsd;
+  result.photo.texture.coarsest_wavelength = 80.0 * result.gsd;
+  return result;
+}
+
 // A rendered scene with its photos on disk and all that the matcher takes.
 struct Rendered {
-  explicit Rendered(ShapeName shape, double weak_fraction = 0) {
-    SyntheticSceneOptions options;
-    options.shape = shape;
-    options.num_views = 6;
-    options.width = 200;
-    options.height = 150;
-    synthetic = MakeScene(options, RunContext(1));
+  explicit Rendered(ShapeName shape, double weak_fraction = 0)
+      : Rendered(SceneOf(shape, weak_fraction)) {}
+  explicit Rendered(SyntheticScene scene_to_render) : synthetic(std::move(scene_to_render)) {
     synthetic.photo.noise_sigma = 1.0;
     synthetic.photo.gain_sigma = 0.05;
-    synthetic.photo.texture.weak_fraction = weak_fraction;
     WritePhotos(*synthetic.shape, synthetic.photo, folder.path().string(), &synthetic.scene,
                 RunContext(1));
     Open();
@@ -106,6 +140,27 @@ TEST(EstimateDepthMap, FindsARelief) {
   const DepthErrors errors = Compare(rendered, 2, rendered.Geometric(2, maps, options));
   EXPECT_GT(errors.completeness, 0.94);
   EXPECT_GT(errors.within_3, 0.77);
+}
+
+// The slope of ground in the photos is steep, and no sparse point tells it.
+TEST(EstimateDepthMap, FindsGroundWithoutSparsePoints) {
+  const Rendered rendered(GroundBeforeAWall());
+  const PatchMatchOptions options;
+  const auto maps = rendered.AllPhotometric(options);
+  int ground = 0, right = 0;
+  for (int v = 1; v < 5; ++v) {
+    const View& view = rendered.scene().views[static_cast<size_t>(v)];
+    const DepthMap map = rendered.Geometric(v, maps, options);
+    const DepthMap truth = TrueDepthMap(*rendered.synthetic.shape, view, RunContext(1));
+    for (size_t i = 0; i < map.depth.size(); ++i) {
+      const Eigen::Vector3d up = view.cam_from_world.rotation * Eigen::Vector3d::UnitZ();
+      if (truth.normal.pixels[i].cast<double>().dot(up) < 0.9) continue;
+      ++ground;
+      right += std::abs(map.depth.pixels[i] / truth.depth.pixels[i] - 1) < 0.01;
+    }
+  }
+  ASSERT_GT(ground, 20000);
+  EXPECT_GT(right, 0.8 * ground) << double(right) / ground;
 }
 
 // With one neighbour, what lies outside the sparse points' range of depth, and what the neighbour
