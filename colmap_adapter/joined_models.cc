@@ -71,8 +71,8 @@ JoinedScene LoadJoinedScene(const std::vector<DenseWorkspace>& workspaces, bool 
     joined.parts.back().points.clear();
     joined.parts.back().image_folder = workspace.ImageFolder().string();
   }
-  joined.whole = MakeScene(JoinSparseModels(models), workspaces.front().SparseFolder(),
-                           ignore_distortion);
+  joined.whole =
+      MakeScene(JoinSparseModels(models), workspaces.front().SparseFolder(), ignore_distortion);
   size_t first = 0;
   for (Scene& part : joined.parts) {
     for (View& view : part.views) {

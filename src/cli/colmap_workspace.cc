@@ -40,9 +40,7 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
 
   std::vector<fs::path> ModelFiles() const override { return workspace_.ModelFiles(); }
 
-  fs::path PointsFile() const override {
-    return workspace_.ModelFile("points3D");
-  }
+  fs::path PointsFile() const override { return workspace_.ModelFile("points3D"); }
 
   std::vector<SourceRule> ReadSourceRules(const Scene& scene) const override {
     if (!must_have_sources_ && !fs::exists(sources_)) return {};

@@ -104,8 +104,8 @@ std::string ViewNumbersText(const std::vector<CloudInput>& inputs,
   int first = 0;
   for (size_t i = 0; i < inputs.size(); ++i) {
     const int end = first + parts[i].num_views();
-    text += fmt::format("views {} to {}: {}\n", first, end - 1,
-                        inputs[i].workspace.folder.string());
+    text +=
+        fmt::format("views {} to {}: {}\n", first, end - 1, inputs[i].workspace.folder.string());
     first = end;
   }
   return text;

@@ -1,6 +1,7 @@
 #include "lsmvs/cli/mesh_memory.h"
 
 #include <fmt/format.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -48,23 +49,23 @@ MeshMemory::MeshMemory(const std::string& command, const std::vector<fs::path>& 
   constexpr size_t kWorkingBytes = 64 << 20;  // chunks that are worked on
   const size_t least = static_cast<size_t>(model.in_memory * num_faces) + kWorkingBytes;
   const size_t allowed = context.process_bytes + context.run.memory_budget_bytes;
-  const std::string needs =
-      fmt::format("{}: {:.1f} million faces need about {} of memory, but {} may be used", command,
-                  num_faces / 1e6, FormatBytes(context.process_bytes + needed),
-                  FormatBytes(allowed));
+  const std::string needs = fmt::format(
+      "{}: {:.1f} million faces need about {} of memory, but {} may be used", command,
+      num_faces / 1e6, FormatBytes(context.process_bytes + needed), FormatBytes(allowed));
   if (least > context.run.memory_budget_bytes || !ScratchMemory::IsAvailable()) {
-    throw MemoryError(fmt::format(
-        "{}, and about {} with a scratch file; allow more with --max_memory, or give a smaller mesh",
-        needs, FormatBytes(context.process_bytes + least)));
+    throw MemoryError(
+        fmt::format("{}, and about {} with a scratch file; allow more with --max_memory, or give a "
+                    "smaller mesh",
+                    needs, FormatBytes(context.process_bytes + least)));
   }
   if (const std::optional<Disk> disk = DiskOf(scratch_folder); disk && disk->free_bytes < needed) {
-    throw Error(ExitCode::kFileSystem,
-                fmt::format("{}: the scratch file needs about {} of disk, but {} are free; make "
-                            "room, or name another folder by --scratch_path",
-                            scratch_folder.string(), FormatBytes(needed),
-                            FormatBytes(disk->free_bytes)));
+    throw Error(
+        ExitCode::kFileSystem,
+        fmt::format("{}: the scratch file needs about {} of disk, but {} are free; make "
+                    "room, or name another folder by --scratch_path",
+                    scratch_folder.string(), FormatBytes(needed), FormatBytes(disk->free_bytes)));
   }
-  fmt::print(stderr, "{}; works with a scratch file in {}\n", needs, scratch_folder.string());
+  LOG(WARNING) << needs << "; works with a scratch file in " << scratch_folder.string();
   scratch_.emplace(ScratchMemoryOptions{scratch_folder, allowed});
 }
 

@@ -132,8 +132,8 @@ TaskCounts RunWithin(const Task& task, const PlannedTask& planned, const RunPlan
   try {
     // What is there of an earlier run is used all the same.
     const bool goes_on = fs::exists(run.checkpoint_folder);
-    return task.run({run.context, run.outputs, run.add_output,
-                     goes_on ? run.checkpoint_folder : fs::path()});
+    return task.run(
+        {run.context, run.outputs, run.add_output, goes_on ? run.checkpoint_folder : fs::path()});
   } catch (const MemoryError& error) {
     if (!can) throw;
     LOG(WARNING) << error.what() << "; works with a scratch file in "

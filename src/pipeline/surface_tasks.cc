@@ -244,9 +244,7 @@ Task MakeSurfaceTask(const ReconstructionPtr& reconstruction, const std::filesys
                  GuessSize(*reconstruction, ExpectedPoints(*reconstruction, cloud),
                            ExpectedViewsPerPoint(*reconstruction), ExpectedSpacing(cloud)),
                  &task);
-  task.measure_cost = [=](Task* measured) {
-    MeasureSurfaceCost(*reconstruction, cloud, measured);
-  };
+  task.measure_cost = [=](Task* measured) { MeasureSurfaceCost(*reconstruction, cloud, measured); };
   task.run = [=](const TaskRun& run) {
     DropCaches(*reconstruction);
     return MeshCloud(
@@ -266,8 +264,7 @@ Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
   task.run = [=](const TaskRun& run) {
     DropCaches(*reconstruction);
     return MeshCloud(
-        *reconstruction,
-        [&] { return Crop(*reconstruction, SparseCloud(reconstruction->scene)); },
+        *reconstruction, [&] { return Crop(*reconstruction, SparseCloud(reconstruction->scene)); },
         reconstruction->files->PointsFile(), run);
   };
   return task;

@@ -85,9 +85,8 @@ std::vector<double> OverlapShares(const std::vector<Positions>& clouds) {
     const auto num_shared = std::count_if(cloud.begin(), cloud.end(), [&](const auto& x) {
       return clouds_of.at(cell_of(x)).size() > 1;
     });
-    shares.push_back(cloud.empty()
-                         ? 0
-                         : static_cast<double>(num_shared) / static_cast<double>(cloud.size()));
+    shares.push_back(
+        cloud.empty() ? 0 : static_cast<double>(num_shared) / static_cast<double>(cloud.size()));
   }
   return shares;
 }
@@ -101,9 +100,10 @@ std::string NoOverlapWarning(const std::vector<std::string>& names,
   std::string text = "the clouds do not overlap";
   for (size_t i = 0; i < names.size(); ++i) {
     const Extent extent = MeasureExtent(clouds[i]);
-    text += fmt::format("; {}: {:.1f} % of the points lie where another cloud has points, middle "
-                        "{}, size {}",
-                        names[i], 100 * shares[i], Text(extent.middle), Text(extent.size));
+    text += fmt::format(
+        "; {}: {:.1f} % of the points lie where another cloud has points, middle "
+        "{}, size {}",
+        names[i], 100 * shares[i], Text(extent.middle), Text(extent.size));
   }
   return text +
          "; where they should, their models are in different frames: align them first (`colmap "

@@ -113,7 +113,8 @@ void CloudSampler::DropHalf() {
 CloudSample CloudSampler::Take() {
   if (first_.size() > 0) MeasureFirst();
   for (auto& [cell, points] : places_) {
-    const Eigen::Vector3f low = cube_size_ * Eigen::Vector3i(cell[0], cell[1], cell[2]).cast<float>();
+    const Eigen::Vector3f low =
+        cube_size_ * Eigen::Vector3i(cell[0], cell[1], cell[2]).cast<float>();
     sample_.places.push_back(
         {Eigen::AlignedBox3f(low, low + Eigen::Vector3f::Constant(cube_size_)), std::move(points)});
   }

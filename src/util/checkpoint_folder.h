@@ -21,7 +21,9 @@ class CheckpointFolder {
 
   bool is_on() const { return !folder_.empty(); }
   bool HasFinished(const std::string& step) const;
-  bool Has(const std::string& name) const { return is_on() && std::filesystem::exists(PathOf(name)); }
+  bool Has(const std::string& name) const {
+    return is_on() && std::filesystem::exists(PathOf(name));
+  }
   void FinishStep(const std::string& step) const;
 
   // Throws FileSystemError. `T` is written as its bytes: by the same program on the same machine.

@@ -232,16 +232,19 @@ TEST_F(SurfaceParts, LargeMeshesAreSimplifiedWithAScratchFile) {
   SKIP_WITH_SANITIZERS;
   MakeWhole();
   const auto simplify = [&](const std::string& output, const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"mesh_simplifier", "--input_path",
-                                          Path("whole.ply").string(), "--output_path",
-                                          Path(output).string(), "--MeshSimplification.max_error",
+    std::vector<std::string> arguments = {"mesh_simplifier",
+                                          "--input_path",
+                                          Path("whole.ply").string(),
+                                          "--output_path",
+                                          Path(output).string(),
+                                          "--MeshSimplification.max_error",
                                           "0.1"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return RunProgram("lsmvs", arguments);
   };
   ExpectSuccess(simplify("simple.ply", {}));
-  const ProgramResult small =
-      simplify("simple2.ply", {"--max_memory", "140MB", "--scratch_path", folder_->path().string()});
+  const ProgramResult small = simplify(
+      "simple2.ply", {"--max_memory", "140MB", "--scratch_path", folder_->path().string()});
   ExpectSuccess(small);
   EXPECT_THAT(small.err, testing::HasSubstr("scratch file in " + folder_->path().string()));
   EXPECT_TRUE(ReadBytes(Path("simple.ply")) == ReadBytes(Path("simple2.ply")));
@@ -251,13 +254,19 @@ TEST_F(SurfaceParts, LargeMeshesAreSimplifiedWithAScratchFile) {
 TEST_F(SurfaceParts, MeshesTooLargeToBeTracedAreRefusedBeforeTheStart) {
   SKIP_WITH_SANITIZERS;
   MakeWhole();
-  const std::vector<std::string> evaluate = {
-      "mesh_evaluator", "--input_path",        Path("whole.ply").string(), "--ground_truth_path",
-      Path("gt_mesh.ply").string(), "--max_memory", "90MB"};
-  ExpectError(RunProgram("lsmvs", evaluate), 5, {"mesh_evaluator", "million faces", "--max_memory"});
-  const std::vector<std::string> draw = {"mesh_renderer", "--input_path",
-                                         Path("whole.ply").string(), "--output_path",
-                                         Path("x.png").string(), "--max_memory", "90MB"};
+  const std::vector<std::string> evaluate = {"mesh_evaluator",
+                                             "--input_path",
+                                             Path("whole.ply").string(),
+                                             "--ground_truth_path",
+                                             Path("gt_mesh.ply").string(),
+                                             "--max_memory",
+                                             "90MB"};
+  ExpectError(RunProgram("lsmvs", evaluate), 5,
+              {"mesh_evaluator", "million faces", "--max_memory"});
+  const std::vector<std::string> draw = {
+      "mesh_renderer", "--input_path",         Path("whole.ply").string(),
+      "--output_path", Path("x.png").string(), "--max_memory",
+      "90MB"};
   ExpectError(RunProgram("lsmvs", draw), 5, {"mesh_renderer", "million faces", "--max_memory"});
   EXPECT_FALSE(fs::exists(Path("x.png")));
 }

@@ -228,8 +228,8 @@ class MeshEvaluator : public Command {
     fmt::print("{}", ToTable(figures_));
   }
 
-  std::string scratch_path_, input_path_, ground_truth_path_, workspace_path_, view_names_, json_path_,
-      error_path_;
+  std::string scratch_path_, input_path_, ground_truth_path_, workspace_path_, view_names_,
+      json_path_, error_path_;
   bool photometric_ = false, texture_ = false;
   int view_step_ = 1;
   SurfaceEvaluationOptions surface_;

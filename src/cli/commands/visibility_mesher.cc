@@ -99,9 +99,9 @@ class VisibilityMesherCommand : public Command {
 
   void RunTask(const ReconstructionPtr& reconstruction, const CloudInput& input,
                const DenseWorkspace& workspace, const CommandContext& context) {
-    Task task = Sparse() ? MakeSparseSurfaceTask(reconstruction, output_path_)
-                         : MakeSurfaceTask(reconstruction, input.cloud, output_path_,
-                                           filtered_cloud_path_);
+    Task task =
+        Sparse() ? MakeSparseSurfaceTask(reconstruction, output_path_)
+                 : MakeSurfaceTask(reconstruction, input.cloud, output_path_, filtered_cloud_path_);
     RenameForOutput(workspace.VisibilityMeshPath(), &task);
     RunPlanned(workspace, *reconstruction, {task}, stage_, context);
   }
