@@ -97,7 +97,7 @@ std::string NoOverlapWarning(const std::vector<std::string>& names,
   if (std::all_of(shares.begin(), shares.end(), [](double s) { return s >= kLeastShare; })) {
     return "";
   }
-  std::string text = "the clouds do not overlap";
+  std::string text = "some clouds do not overlap with another";
   for (size_t i = 0; i < names.size(); ++i) {
     const Extent extent = MeasureExtent(clouds[i]);
     text += fmt::format(

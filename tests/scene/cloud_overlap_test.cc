@@ -39,7 +39,7 @@ TEST(CloudOverlap, WarnsOfOneThatLiesApart) {
   const std::string warning =
       NoOverlapWarning({"a", "b", "c"}, {Square(0), Square(0.9f), Square(100)});
   EXPECT_THAT(warning, HasSubstr("c: 0.0 % of the points"));
-  EXPECT_THAT(warning, HasSubstr("middle (100.5, 0.5"));
+  EXPECT_THAT(warning, HasSubstr("middle (100.5, 0.4975"));
 }
 
 TEST(CloudOverlap, SamplesFinitePointsAllOverTheCloud) {
