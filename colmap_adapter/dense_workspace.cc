@@ -139,6 +139,20 @@ fs::path DenseWorkspace::SparseFolder() const {
   return !fs::exists(sparse) && IsSparseModelFolder(folder) ? folder : sparse;
 }
 
+fs::path DenseWorkspace::ModelFile(const std::string& name) const {
+  const fs::path model = SparseFolder();
+  const bool binary = fs::exists(model / "cameras.bin");
+  return model / (name + (binary ? ".bin" : ".txt"));
+}
+
+std::vector<fs::path> DenseWorkspace::ModelFiles() const {
+  std::vector<fs::path> files;
+  for (const char* name : {"cameras", "images", "points3D", "rigs", "frames"}) {
+    if (const fs::path path = ModelFile(name); fs::exists(path)) files.push_back(path);
+  }
+  return files;
+}
+
 fs::path DenseWorkspace::DepthMapPath(const std::string& image_name, MapType type) const {
   return StereoFolder() / "depth_maps" / MapFileName(image_name, type);
 }

@@ -21,6 +21,10 @@ struct DenseWorkspace {
   // The sparse model's folder: sparse/, or sparse/0 where only that holds a model, or the folder
   // itself where it holds a model and no sparse/. Looks at the disk.
   std::filesystem::path SparseFolder() const;
+  // The model's file of that name, "cameras" or "points3D": binary is preferred, as when reading.
+  std::filesystem::path ModelFile(const std::string& name) const;
+  // Those of the model's files that are there.
+  std::vector<std::filesystem::path> ModelFiles() const;
   std::filesystem::path ImageFolder() const { return folder / "images"; }
   std::filesystem::path ImagePath(const std::string& image_name) const {
     return ImageFolder() / image_name;

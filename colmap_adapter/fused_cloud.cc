@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cmath>
 
+#include "lsmvs/colmap_adapter/binary_reader_internal.h"
 #include "lsmvs/colmap_adapter/image_order_internal.h"
 #include "lsmvs/colmap_adapter/visibility_file_internal.h"
 #include "lsmvs/mesh/ply.h"
@@ -53,8 +54,18 @@ class PointReader {
   VisibilityCloud Read() {
     VisibilityCloud cloud;
     cloud.Reserve(static_cast<size_t>(num_points()), 0);
-    reader_.Read({{"vertex", [&](const PlyReader::Row& row) { Add(row, &cloud); }}});
+    reader_.Read({{"vertex", [&](const PlyReader::Row& row) {
+                     cloud.positions.push_back(Position(row));
+                     cloud.normals.push_back(Normal(row));
+                     cloud.colors.push_back(has_color_ ? PlyColor(Values(row, color_))
+                                                       : Color::Zero());
+                   }}});
     return cloud;
+  }
+
+  void Visit(const std::function<void(const Eigen::Vector3f&, const Eigen::Vector3f&)>& visit) {
+    reader_.Read(
+        {{"vertex", [&](const PlyReader::Row& row) { visit(Position(row), Normal(row)); }}});
   }
 
  private:
@@ -74,8 +85,11 @@ class PointReader {
             row.values[row.first[columns[2]]]};
   }
 
-  void Add(const PlyReader::Row& row, VisibilityCloud* cloud) const {
-    cloud->positions.push_back((Values(row, position_) - world_offset_).cast<float>());
+  Eigen::Vector3f Position(const PlyReader::Row& row) const {
+    return (Values(row, position_) - world_offset_).cast<float>();
+  }
+
+  Eigen::Vector3f Normal(const PlyReader::Row& row) const {
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();
     if (has_normal_) normal = Values(row, normal_).cast<float>();
     const float norm = normal.norm();
@@ -85,8 +99,7 @@ class PointReader {
     } else if (std::abs(norm - 1) > 1e-5f) {
       normal /= norm;
     }
-    cloud->normals.push_back(normal);
-    cloud->colors.push_back(has_color_ ? PlyColor(Values(row, color_)) : Color::Zero());
+    return normal;
   }
 
   const std::string path_;
@@ -96,6 +109,17 @@ class PointReader {
   bool has_position_ = false, has_normal_ = false, has_color_ = false;
   Columns position_{}, normal_{}, color_{};
 };
+
+// Throws if it is missing.
+fs::path VisibilityPathOf(const fs::path& ply_path) {
+  const fs::path vis_path = DenseWorkspace::VisibilityPath(ply_path);
+  if (!fs::exists(vis_path)) {
+    throw InputError(vis_path.string(),
+                     "is missing: without it no one knows which images see a point",
+                     "put it beside the cloud, or remove the cloud and fuse again");
+  }
+  return vis_path;
+}
 
 struct ChosenOrder {
   ImageOrder order;
@@ -158,15 +182,32 @@ VisibilityCloud Join(VisibilityCloud points, VisibilityFile file, const ImageOrd
 
 }  // namespace
 
+FusedCloudSize ReadFusedCloudSize(const fs::path& ply_path) {
+  const fs::path vis_path = VisibilityPathOf(ply_path);
+  const uint64_t num_points = PointReader(ply_path, Eigen::Vector3d::Zero()).num_points();
+  // Beside the number of points, each has a number of views, and these, in four bytes each.
+  const uint64_t num_numbers = (std::max<uint64_t>(8, fs::file_size(vis_path)) - 8) / 4;
+  return {num_points, num_numbers - std::min(num_numbers, num_points)};
+}
+
+void VisitFusedCloud(const fs::path& ply_path, const Eigen::Vector3d& world_offset,
+                     const FusedPointVisitor& visit) {
+  PointReader reader(ply_path, world_offset);
+  internal::BinaryReader visibility(VisibilityPathOf(ply_path), kCloudRemedy);
+  const uint64_t num_points = visibility.ReadCount<uint64_t>(sizeof(uint32_t), "points");
+  if (num_points != reader.num_points()) visibility.Fail("is for another number of points");
+  std::vector<uint32_t> views;
+  reader.Visit([&](const Eigen::Vector3f& position, const Eigen::Vector3f& normal) {
+    views.resize(visibility.ReadCount<uint32_t>(sizeof(uint32_t), "images of a point"));
+    visibility.ReadBytes(views.data(), views.size() * sizeof(uint32_t));
+    visit(position, normal, views);
+  });
+}
+
 FusedCloud ReadFusedCloud(const fs::path& ply_path, const Scene& scene,
                           const DenseWorkspace& workspace) {
-  const fs::path vis_path = DenseWorkspace::VisibilityPath(ply_path);
   PointReader reader(ply_path, scene.world_offset);
-  if (!fs::exists(vis_path)) {
-    throw InputError(vis_path.string(),
-                     "is missing: without it no one knows which images see a point",
-                     "put it beside the cloud, or remove the cloud and fuse again");
-  }
+  const fs::path vis_path = VisibilityPathOf(ply_path);
   VisibilityFile file = internal::ReadVisibilityFile(vis_path, scene.views.size());
   if (file.num_points() != reader.num_points()) {
     throw InputError(

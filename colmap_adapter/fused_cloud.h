@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,6 +24,15 @@ struct FusedCloud {
   std::string message;
 };
 
+// What the headers of a cloud and of its visibility tell.
+struct FusedCloudSize {
+  uint64_t num_points = 0;
+  uint64_t num_view_entries = 0;  // (point, view) pairs
+};
+
+// Without reading the points. Throws InputError where ReadFusedCloud does for what a header shows.
+FusedCloudSize ReadFusedCloudSize(const std::filesystem::path& ply_path);
+
 // Reads fused.ply in any dialect of PLY, and <ply_path>.vis. Normals and colours may be missing
 // (zero then). scene.world_offset is subtracted.
 //
@@ -35,6 +46,15 @@ struct FusedCloud {
 // take a few seconds; memory is that of the cloud that is returned.
 FusedCloud ReadFusedCloud(const std::filesystem::path& ply_path, const Scene& scene,
                           const DenseWorkspace& workspace);
+
+// Hands over the points of a cloud one after the other, without holding them: position (the
+// scene's world_offset subtracted), normal, and views as the file numbers them, which may not be
+// those of the scene. Throws what ReadFusedCloud throws for malformed files.
+using FusedPointVisitor =
+    std::function<void(const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
+                       std::span<const uint32_t> views)>;
+void VisitFusedCloud(const std::filesystem::path& ply_path, const Eigen::Vector3d& world_offset,
+                     const FusedPointVisitor& visit);
 
 // Writes fused.ply and fused.ply.vis as COLMAP does (binary little endian: float x y z nx ny nz,
 // uchar red green blue), with double coordinates if scene.world_offset is not zero, part by part: a

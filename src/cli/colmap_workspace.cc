@@ -9,6 +9,8 @@
 #include "lsmvs/colmap_adapter/fused_cloud.h"
 #include "lsmvs/colmap_adapter/scene_keypoints.h"
 #include "lsmvs/colmap_adapter/stereo_config.h"
+#include "lsmvs/scene/cloud_overlap.h"
+#include "lsmvs/util/check.h"
 
 namespace lsmvs {
 
@@ -36,19 +38,9 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
         sources_(sources.empty() ? workspace.PatchMatchConfigPath() : sources),
         must_have_sources_(!sources.empty()) {}
 
-  std::vector<fs::path> ModelFiles() const override {
-    const fs::path folder = workspace_.SparseFolder();
-    std::vector<fs::path> files;
-    for (const char* name : {"cameras", "images", "points3D", "rigs", "frames"}) {
-      const fs::path path = WithFormat(folder / name);
-      if (fs::exists(path)) files.push_back(path);
-    }
-    return files;
-  }
+  std::vector<fs::path> ModelFiles() const override { return workspace_.ModelFiles(); }
 
-  fs::path PointsFile() const override {
-    return WithFormat(workspace_.SparseFolder() / "points3D");
-  }
+  fs::path PointsFile() const override { return workspace_.ModelFile("points3D"); }
 
   std::vector<SourceRule> ReadSourceRules(const Scene& scene) const override {
     if (!must_have_sources_ && !fs::exists(sources_)) return {};
@@ -95,6 +87,11 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
     return std::move(fused.cloud);
   }
 
+  void SampleCloud(const fs::path& cloud, const Scene& scene,
+                   CloudSampler* sampler) const override {
+    AddSample(cloud, scene, 0, sampler);
+  }
+
   void WriteCloud(const Scene& scene, const std::vector<fs::path>& outputs,
                   const std::function<void(const CloudSink&)>& write) const override {
     FusedCloudWriter writer(outputs.at(0), scene);
@@ -122,19 +119,108 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
   fs::path RefinedMeshFile() const override { return workspace_.RefinedMeshPath(); }
   fs::path TexturedMeshFile() const override { return workspace_.TexturedMeshPath(); }
 
- private:
-  // Binary is preferred, as when reading.
-  fs::path WithFormat(const fs::path& stem) const {
-    const bool binary = fs::exists(workspace_.SparseFolder() / "cameras.bin");
-    return stem.string() + (binary ? ".bin" : ".txt");
+ protected:
+  // Views are numbered from `first_view` on.
+  static void AddSample(const fs::path& cloud, const Scene& scene, uint32_t first_view,
+                        CloudSampler* sampler) {
+    std::vector<uint32_t> moved;
+    VisitFusedCloud(cloud, scene.world_offset,
+                    [&](const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
+                        std::span<const uint32_t> views) {
+                      moved.assign(views.begin(), views.end());
+                      for (uint32_t& view_idx : moved) view_idx += first_view;
+                      sampler->Add(position, normal, moved);
+                    });
   }
 
+ private:
   DenseWorkspace workspace_;
   fs::path database_, sources_;
   bool must_have_sources_;
 };
 
+// See MakeJoinedWorkspaceFiles.
+class JoinedWorkspaceFiles : public ColmapWorkspaceFiles {
+ public:
+  JoinedWorkspaceFiles(const DenseWorkspace& output, std::vector<CloudInput> inputs,
+                       std::vector<Scene> parts)
+      : ColmapWorkspaceFiles(output, {}, {}), inputs_(std::move(inputs)), parts_(std::move(parts)) {
+    LSMVS_CHECK_EQ(inputs_.size(), parts_.size());
+  }
+
+  std::vector<fs::path> ModelFiles() const override {
+    std::vector<fs::path> files;
+    for (const CloudInput& input : inputs_) {
+      const std::vector<fs::path> own = input.workspace.ModelFiles();
+      files.insert(files.end(), own.begin(), own.end());
+    }
+    return files;
+  }
+  fs::path PointsFile() const override { return inputs_.front().workspace.ModelFile("points3D"); }
+  std::vector<SourceRule> ReadSourceRules(const Scene& /*scene*/) const override { return {}; }
+
+  std::vector<fs::path> CloudFiles(const fs::path& /*cloud*/) const override {
+    std::vector<fs::path> files;
+    for (const CloudInput& input : inputs_) {
+      const std::vector<fs::path> own = ColmapWorkspaceFiles::CloudFiles(input.cloud);
+      files.insert(files.end(), own.begin(), own.end());
+    }
+    return files;
+  }
+
+  // One after the other into one array: beside it, one cloud is held at a time.
+  VisibilityCloud ReadCloud(const fs::path& /*cloud*/, const Scene& scene) const override {
+    VisibilityCloud joined;
+    Reserve(&joined);
+    std::vector<std::string> names;
+    std::vector<std::vector<Eigen::Vector3f>> samples;
+    uint32_t first_view = 0;
+    for (size_t i = 0; i < inputs_.size(); ++i) {
+      FusedCloud fused = ReadFusedCloud(inputs_[i].cloud, parts_[i], inputs_[i].workspace);
+      names.push_back(inputs_[i].cloud.string());
+      if (!fused.message.empty()) LOG(WARNING) << names.back() << ": " << fused.message;
+      for (uint32_t& view_idx : fused.cloud.view_idxs) view_idx += first_view;
+      first_view += static_cast<uint32_t>(parts_[i].views.size());
+      samples.push_back(SamplePositions(fused.cloud));
+      joined.Append(fused.cloud);
+    }
+    LSMVS_CHECK_EQ(size_t{first_view}, scene.views.size());
+    const std::string warning = NoOverlapWarning(names, samples);
+    if (!warning.empty()) LOG(WARNING) << warning;
+    return joined;
+  }
+
+  void SampleCloud(const fs::path& /*cloud*/, const Scene& /*scene*/,
+                   CloudSampler* sampler) const override {
+    uint32_t first_view = 0;
+    for (size_t i = 0; i < inputs_.size(); ++i) {
+      AddSample(inputs_[i].cloud, parts_[i], first_view, sampler);
+      first_view += static_cast<uint32_t>(parts_[i].views.size());
+    }
+  }
+
+ private:
+  void Reserve(VisibilityCloud* cloud) const {
+    size_t num_points = 0, num_view_entries = 0;
+    for (const CloudInput& input : inputs_) {
+      const FusedCloudSize size = ReadFusedCloudSize(input.cloud);
+      num_points += size.num_points;
+      num_view_entries += size.num_view_entries;
+    }
+    cloud->Reserve(num_points, num_view_entries);
+  }
+
+  std::vector<CloudInput> inputs_;
+  std::vector<Scene> parts_;
+};
+
 }  // namespace
+
+std::shared_ptr<const WorkspaceFiles> MakeJoinedWorkspaceFiles(const DenseWorkspace& output,
+                                                               std::vector<CloudInput> inputs,
+                                                               std::vector<Scene> parts) {
+  return std::make_shared<JoinedWorkspaceFiles>(output, std::move(inputs), std::move(parts));
+}
 
 std::shared_ptr<const WorkspaceFiles> MakeColmapWorkspaceFiles(const DenseWorkspace& workspace,
                                                                const fs::path& database,

@@ -19,8 +19,9 @@ struct CommandLine {
 
 // Parses `--name value`, `--name=value`, `--flag` (a BOOL option without value: 1) and at most one
 // argument without a name, which is taken as `positional` (the name of an option; empty: none is
-// allowed). Values are not interpreted here. COLMAP's names of our options are known. Throws
-// UsageError: an unknown option names the nearest known one.
+// allowed). Of an option that is given several times the last one counts; of a list, all, in order.
+// Values are not interpreted here. COLMAP's names of our options are known. Throws UsageError: an
+// unknown option names the nearest known one.
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const OptionSet& options,
                              const std::string& positional,
                              const std::vector<std::string>& without_meaning = {});

@@ -1,6 +1,7 @@
 #include "lsmvs/cli/plan_text.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
@@ -183,32 +184,38 @@ void CheckPlanFitsDisk(const PlanHeader& header, const RunPlan& plan, uint64_t f
                           FormatBytes(free_bytes), SizeAdvice(size)));
 }
 
-void CheckScratchFits(const PlanHeader& header, const RunPlan& plan, uint64_t free_bytes) {
+void CheckScratchFits(const PlanHeader& header, const RunPlan& plan,
+                      const std::optional<Disk>& results) {
   if (plan.peak_scratch_bytes == 0) return;
-  std::error_code error;
-  const fs::space_info space = fs::space(plan.scratch_folder, error);
-  const bool same_disk = !error && space.available == free_bytes;
+  const std::optional<Disk> scratch = DiskOf(plan.scratch_folder);
+  if (!scratch) return;
+  const bool same_disk = results && results->device == scratch->device;
   const uint64_t needed = plan.peak_scratch_bytes + (same_disk ? plan.peak_disk_bytes : 0);
-  if (error || needed <= space.available) return;
+  if (needed <= scratch->free_bytes) return;
   throw Error(
       ExitCode::kFileSystem,
       fmt::format(
-          "{}: scratch file and results need about {} of disk, but {} are free in {}; make room, "
-          "name another folder by --scratch_path, allow more memory with --max_memory, or "
-          "give --ignore_disk_space 1 to start nevertheless",
-          header.workspace, FormatBytes(needed), FormatBytes(space.available),
-          plan.scratch_folder.string()));
+          "{}: {} about {} of disk, but {} are free in {}; make room, name another folder by "
+          "--scratch_path, allow more memory with --max_memory, or give --ignore_disk_space 1 to "
+          "start nevertheless",
+          header.workspace, same_disk ? "scratch file and results need" : "the scratch file needs",
+          FormatBytes(needed), FormatBytes(scratch->free_bytes), plan.scratch_folder.string()));
 }
 
-std::optional<uint64_t> FreeDiskBytes(const std::vector<Task>& tasks, const RunPlan& plan) {
+std::optional<Disk> DiskOf(fs::path folder) {
+  folder = fs::absolute(folder);
+  while (!fs::exists(folder) && folder.has_relative_path()) folder = folder.parent_path();
+  std::error_code error;
+  const fs::space_info space = fs::space(folder, error);
+  struct stat status = {};
+  if (error || ::stat(folder.c_str(), &status) != 0) return std::nullopt;
+  return Disk{status.st_dev, space.available};
+}
+
+std::optional<Disk> FindDisk(const std::vector<Task>& tasks, const RunPlan& plan) {
   for (size_t i = 0; i < tasks.size(); ++i) {
     if (plan.tasks[i].state != TaskState::kRun) continue;
-    fs::path folder = fs::absolute(tasks[i].outputs.front()).parent_path();
-    while (!fs::exists(folder) && folder.has_relative_path()) folder = folder.parent_path();
-    std::error_code error;
-    const fs::space_info space = fs::space(folder, error);
-    if (!error) return space.available;
-    break;
+    return DiskOf(fs::absolute(tasks[i].outputs.front()).parent_path());
   }
   return std::nullopt;
 }

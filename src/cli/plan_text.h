@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,12 +45,22 @@ void CheckPlanFits(const PlanHeader& header, const RunPlan& plan, int image_size
 void CheckPlanFitsDisk(const PlanHeader& header, const RunPlan& plan, uint64_t free_bytes,
                        int image_size);
 
-// Throws Error(kFileSystem), with advice, if the largest scratch file does not fit where it goes,
-// beside the results if they go to the same disk, of which `free_bytes` are free.
-void CheckScratchFits(const PlanHeader& header, const RunPlan& plan, uint64_t free_bytes);
+// A file system, as the kernel tells them apart, and what is free on it.
+struct Disk {
+  uint64_t device = 0;
+  uint64_t free_bytes = 0;
+};
 
-// Bytes free where the tasks that run write; nothing if that cannot be known.
-std::optional<uint64_t> FreeDiskBytes(const std::vector<Task>& tasks, const RunPlan& plan);
+// Throws Error(kFileSystem), with advice, if the largest scratch file does not fit where it goes,
+// beside the results if these go to the same disk. `results`: where, if that is known.
+void CheckScratchFits(const PlanHeader& header, const RunPlan& plan,
+                      const std::optional<Disk>& results);
+
+// The disk of a folder, or of the nearest one above it that is there; nothing if that cannot be
+// known.
+std::optional<Disk> DiskOf(std::filesystem::path folder);
+// Where the tasks that run write.
+std::optional<Disk> FindDisk(const std::vector<Task>& tasks, const RunPlan& plan);
 
 // The results with their sizes, and whether this run made them. `plan` is that of the tasks.
 std::string ResultText(const std::vector<Task>& tasks, const RunPlan& plan);

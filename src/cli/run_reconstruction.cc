@@ -10,7 +10,9 @@
 #include "lsmvs/cli/colmap_workspace.h"
 #include "lsmvs/cli/common_options.h"
 #include "lsmvs/cli/help_text.h"
+#include "lsmvs/cli/joined_clouds.h"
 #include "lsmvs/cli/plan_text.h"
+#include "lsmvs/colmap_adapter/joined_models.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
 #include "lsmvs/execution/run_store.h"
 #include "lsmvs/execution/run_tasks.h"
@@ -156,20 +158,35 @@ ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const Stag
   return reconstruction;
 }
 
+ReconstructionPtr OpenJoinedReconstruction(const DenseWorkspace& output,
+                                           const std::vector<CloudInput>& inputs,
+                                           const ReconstructionOptions& options,
+                                           const CommandContext& context, PhotoUse photos) {
+  std::vector<DenseWorkspace> workspaces;
+  for (const CloudInput& input : inputs) workspaces.push_back(input.workspace);
+  JoinedScene joined = LoadJoinedScene(workspaces, photos == PhotoUse::kNoCamera);
+  Print(ViewNumbersText(inputs, joined.parts));
+  ReconstructionOptions seeded = options;
+  seeded.seed = context.run.seed;
+  return MakeReconstruction(std::move(joined.whole),
+                            MakeJoinedWorkspaceFiles(output, inputs, std::move(joined.parts)),
+                            seeded, context.run);
+}
+
 void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
-                const std::vector<Task>& tasks, const StageOptions& stage,
-                const CommandContext& context) {
+                std::vector<Task> tasks, const StageOptions& stage, const CommandContext& context) {
   RunStore store(workspace.folder, VersionLine());
   const size_t process_bytes = ProcessBytes();
-  const RunPlan plan =
-      PlanRun(tasks, MakePlanOptions(workspace, stage, process_bytes, context), &store);
+  const PlanOptions options = MakePlanOptions(workspace, stage, process_bytes, context);
+  RunPlan plan = PlanRun(tasks, options, &store);
+  if (MeasureCosts(plan, &tasks)) plan = PlanRun(tasks, options, &store);
   const PlanHeader header = MakeHeader(workspace, reconstruction, plan, process_bytes, context);
   Print(PhotoNotes(reconstruction) + PlanText(header, plan));
   CheckPlanFits(header, plan, LongestSide(reconstruction));
-  const std::optional<uint64_t> free_bytes = FreeDiskBytes(tasks, plan);
-  if (free_bytes && !stage.ignore_disk_space) {
-    CheckPlanFitsDisk(header, plan, *free_bytes, LongestSide(reconstruction));
-    CheckScratchFits(header, plan, *free_bytes);
+  if (!stage.ignore_disk_space) {
+    const std::optional<Disk> disk = FindDisk(tasks, plan);
+    if (disk) CheckPlanFitsDisk(header, plan, disk->free_bytes, LongestSide(reconstruction));
+    CheckScratchFits(header, plan, disk);
   }
   if (Matches(plan)) CheckContrast(reconstruction.scene, *reconstruction.images, context.run);
   ConsoleObserver observer(plan, context.run.num_threads(), context.display);

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "lsmvs/cli/colmap_workspace.h"
 #include "lsmvs/cli/command.h"
 #include "lsmvs/cli/plan_text.h"
 #include "lsmvs/cli/stage_options.h"
@@ -25,10 +26,16 @@ ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const Stag
                                      const CommandContext& context,
                                      PhotoUse photos = PhotoUse::kPixels);
 
+// Several workspaces in one frame as one (see MakeJoinedWorkspaceFiles); no photo is looked at.
+// Prints which numbers the photos of each have.
+ReconstructionPtr OpenJoinedReconstruction(const DenseWorkspace& output,
+                                           const std::vector<CloudInput>& inputs,
+                                           const ReconstructionOptions& options,
+                                           const CommandContext& context, PhotoUse photos);
+
 // Prints the plan, refuses it if it does not fit the memory or the disk, runs it with progress, and
 // prints what is there now.
 void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
-                const std::vector<Task>& tasks, const StageOptions& stage,
-                const CommandContext& context);
+                std::vector<Task> tasks, const StageOptions& stage, const CommandContext& context);
 
 }  // namespace lsmvs

@@ -79,9 +79,11 @@ void StageOptions::DescribeOverwrite(OptionSet* options) {
 }
 
 void StageOptions::DescribeScratch(OptionSet* options) {
-  options->Add("scratch_path", &scratch_path,
-               "Folder for the scratch file of a stage that does not fit into --max_memory; "
-               "without it lsmvs/ of the workspace. It should lie on a fast local disk.");
+  options->Add(
+      "scratch_path", &scratch_path,
+      "Folder for the scratch file of a stage that does not fit into --max_memory, and for "
+      "what a surface that is killed goes on from; without it lsmvs/ of the workspace. It "
+      "should lie on a fast local disk.");
   options->Add("num_parts", &num_parts,
                "Work as if no more than this part of what a surface needs fitted into memory. The "
                "result is the same.",

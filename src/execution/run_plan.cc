@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/hash.h"
@@ -206,7 +207,8 @@ void Count(const PlannedTask& planned, const Task& task, PlannedStage* stage) {
   stage->cost.peak_bytes =
       std::max(stage->cost.peak_bytes, on_disk ? planned.resident_bytes : task.cost.peak_bytes);
   if (on_disk) {
-    stage->scratch_bytes = std::max<uint64_t>(stage->scratch_bytes, task.cost.peak_bytes);
+    stage->scratch_bytes =
+        std::max<uint64_t>(stage->scratch_bytes, task.cost.peak_bytes + task.checkpoint_bytes);
   }
 }
 
@@ -321,6 +323,23 @@ RunPlan PlanRun(const std::vector<Task>& tasks, const PlanOptions& options, RunS
     plan.peak_scratch_bytes = std::max(plan.peak_scratch_bytes, stage.scratch_bytes);
   }
   return plan;
+}
+
+bool MeasureCosts(const RunPlan& plan, std::vector<Task>* tasks) {
+  std::set<fs::path> to_be_made;
+  bool any = false;
+  for (size_t i = 0; i < tasks->size(); ++i) {
+    Task& task = (*tasks)[i];
+    if (plan.tasks[i].state != TaskState::kRun) continue;
+    to_be_made.insert(task.outputs.begin(), task.outputs.end());
+    const bool ready = std::all_of(task.inputs.begin(), task.inputs.end(), [&](const auto& input) {
+      return fs::exists(input) && !to_be_made.contains(input);
+    });
+    if (!ready || !task.measure_cost) continue;
+    task.measure_cost(&task);
+    any = true;
+  }
+  return any;
 }
 
 std::string HashInputs(const Task& task, FileTable* files) {

@@ -31,7 +31,7 @@ struct PlannedStage {
   size_t num_run = 0, num_up_to_date = 0, num_foreign = 0;
   std::string reason;          // of the first task that runs
   CostEstimate cost;           // of the tasks that run: sum of times, highest memory
-  uint64_t scratch_bytes = 0;  // the largest scratch file of one
+  uint64_t scratch_bytes = 0;  // the largest scratch file of one, with its checkpoints
   uint64_t output_bytes = 0;   // that they write
 };
 
@@ -46,7 +46,7 @@ struct RunPlan {
   std::vector<size_t> leftovers;
   // By which the files grow while it runs, at most, beyond what is there already.
   uint64_t peak_disk_bytes = 0;
-  // The largest scratch file of a task.
+  // The largest scratch file of a task, with its checkpoints.
   uint64_t peak_scratch_bytes = 0;
   std::filesystem::path scratch_folder;  // as in the options
   size_t process_bytes = 0;              // as in the options
@@ -75,6 +75,10 @@ struct PlanOptions {
 // way, InputError where an input is missing or an output
 // is a folder. Reads new or changed input files once, to hash them.
 RunPlan PlanRun(const std::vector<Task>& tasks, const PlanOptions& options, RunStore* store);
+
+// Has the tasks that will run and whose inputs are there, as they will be then, measure their
+// costs. True if one did: the plan is to be made again.
+bool MeasureCosts(const RunPlan& plan, std::vector<Task>* tasks);
 
 // The hash that TaskRecord::inputs_hash holds, from the files as they are on disk.
 std::string HashInputs(const Task& task, FileTable* files);

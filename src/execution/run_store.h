@@ -26,6 +26,7 @@ class RunStore {
   RunStore(const RunStore&) = delete;
   RunStore& operator=(const RunStore&) = delete;
 
+  const std::filesystem::path& root() const { return root_; }
   FileTable& files() { return record_.files; }
   const std::map<std::string, TaskRecord>& tasks() const { return record_.tasks; }
 

@@ -10,6 +10,7 @@
 
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/hash.h"
 #include "lsmvs/util/memory.h"
 #include "lsmvs/util/scratch_memory.h"
 
@@ -61,6 +62,50 @@ class StagingGuard {
   const RunStore& store_;
 };
 
+// The folders with the checkpoints of a task of this run store in the scratch folder: their names
+// begin alike, and end with the hash of what the result depends on.
+class TaskCheckpoints {
+ public:
+  TaskCheckpoints(const Task& task, const TaskRecord& record, const RunPlan& plan,
+                  const RunStore& store)
+      : is_on_(task.checkpoint_bytes > 0), scratch_folder_(plan.scratch_folder) {
+    Hasher place, content;
+    place.Update(fs::absolute(store.root()).lexically_normal().string()).Update(task.name);
+    content.Update(record.version).Update(record.options).Update(record.inputs_hash);
+    prefix_ = "lsmvs-steps-" + place.HexDigest().substr(0, 16) + "-";
+    folder_ = scratch_folder_ / (prefix_ + content.HexDigest());
+  }
+
+  // Empty if the task has none.
+  fs::path folder() const { return is_on_ ? folder_ : fs::path(); }
+
+  // Of other inputs, options or versions.
+  void RemoveOthers() const {
+    Remove([&](const fs::path& path) { return path != folder_; });
+  }
+  void RemoveAll() const {
+    Remove([](const fs::path&) { return true; });
+  }
+
+ private:
+  template <class IsToGo>
+  void Remove(const IsToGo& is_to_go) const {
+    if (!is_on_) return;
+    std::error_code ignored;
+    std::vector<fs::path> found;
+    for (const auto& entry : fs::directory_iterator(scratch_folder_, ignored)) {
+      const bool is_ours = entry.path().filename().string().starts_with(prefix_);
+      if (is_ours && is_to_go(entry.path())) found.push_back(entry.path());
+    }
+    for (const fs::path& path : found) fs::remove_all(path, ignored);
+  }
+
+  const bool is_on_;
+  const fs::path scratch_folder_;
+  std::string prefix_;
+  fs::path folder_;
+};
+
 // With a scratch file, and no more than `resident_bytes` in memory; what the file was used for is
 // put among the counts.
 TaskCounts RunWithScratch(const Task& task, size_t resident_bytes, const RunPlan& plan,
@@ -69,7 +114,7 @@ TaskCounts RunWithScratch(const Task& task, size_t resident_bytes, const RunPlan
   const ScratchMemory scratch({plan.scratch_folder, plan.process_bytes + resident_bytes});
   RunContext context = run.context;
   context.memory_budget_bytes = resident_bytes;
-  TaskCounts counts = task.run({context, run.outputs, run.add_output});
+  TaskCounts counts = task.run({context, run.outputs, run.add_output, run.checkpoint_folder});
   counts["scratch_bytes"] = static_cast<double>(ScratchMemory::PeakBytes());
   counts["scratch_bytes_read"] = static_cast<double>(ScratchMemory::BytesRead() - read);
   counts["scratch_bytes_written"] = static_cast<double>(ScratchMemory::BytesWritten() - written);
@@ -77,6 +122,7 @@ TaskCounts RunWithScratch(const Task& task, size_t resident_bytes, const RunPlan
 }
 
 // As planned; a task that turns out to need more than there is gets a scratch file all the same.
+// `run` has the checkpoint folder for the case that there is a scratch file.
 TaskCounts RunWithin(const Task& task, const PlannedTask& planned, const RunPlan& plan,
                      const TaskRun& run) {
   const bool can = task.least_bytes > 0 && ScratchMemory::IsAvailable();
@@ -84,7 +130,10 @@ TaskCounts RunWithin(const Task& task, const PlannedTask& planned, const RunPlan
     return RunWithScratch(task, planned.resident_bytes, plan, run);
   }
   try {
-    return task.run(run);
+    // What is there of an earlier run is used all the same.
+    const bool goes_on = fs::exists(run.checkpoint_folder);
+    return task.run(
+        {run.context, run.outputs, run.add_output, goes_on ? run.checkpoint_folder : fs::path()});
   } catch (const MemoryError& error) {
     if (!can) throw;
     LOG(WARNING) << error.what() << "; works with a scratch file in "
@@ -113,13 +162,22 @@ void RunTask(const Task& task, const PlannedTask& planned, const RunPlan& plan, 
   const PeakMemoryWatch memory;
   const Clock::time_point begin = Clock::now();
   const double cpu_begin = CpuSeconds();
-  record.counts = RunWithin(task, planned, plan, {context, staged, add_output});
+  const TaskCheckpoints checkpoints(task, record, plan, *store);
+  checkpoints.RemoveOthers();
+  try {
+    record.counts =
+        RunWithin(task, planned, plan, {context, staged, add_output, checkpoints.folder()});
+  } catch (const InputError&) {
+    checkpoints.RemoveAll();  // the next start would end the same way
+    throw;
+  }
   record.seconds = SecondsSince(begin);
   record.cpu_seconds = CpuSeconds() - cpu_begin;
   record.peak_bytes = memory.PeakBytes();
   ReturnFreedMemory();
   record.finished = Now();
   store->Publish(task.name, guard.outputs(), std::move(record));
+  checkpoints.RemoveAll();
 }
 
 // Removes what a temporary task of ours made, unless somebody changed it or it was made to be kept.

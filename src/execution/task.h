@@ -31,6 +31,10 @@ struct TaskRun {
   // to write it. It appears with the others. Throws Error(kOverwrite) where a file of somebody else
   // is in the way.
   std::function<std::filesystem::path(const std::filesystem::path& output)> add_output = {};
+  // Where a task with checkpoint_bytes keeps what its finished steps gave (CheckpointFolder): of
+  // this task, these inputs, options and version only. Empty: nowhere. It is there if an earlier
+  // run of the same was killed, and removed when the task has ended.
+  std::filesystem::path checkpoint_folder = {};
 };
 
 // A step of a run: files in, files out. What it computes must depend on nothing but the contents of
@@ -54,7 +58,13 @@ struct Task {
   // What the task holds in large blocks may lie partly in a scratch file (ScratchMemory) where it
   // does not fit into memory. 0: it may not. Else the least memory with which that makes sense.
   size_t least_bytes = 0;
+  // What the task keeps of its finished steps on disk when it works with a scratch file, so that a
+  // run that is killed goes on behind them.
+  uint64_t checkpoint_bytes = 0;
   uint64_t output_bytes = 0;  // that the outputs take on disk, about
+  // Sets cost and sizes again from a look at the inputs, where that takes too long to be done for
+  // tasks that need not run. May be empty.
+  std::function<void(Task* task)> measure_cost = {};
   std::function<TaskCounts(const TaskRun&)> run;
 };
 

@@ -87,12 +87,10 @@ uint64_t ExpectedCloudBytes(const Reconstruction& reconstruction, size_t num_poi
   return static_cast<uint64_t>(bytes_per_point * static_cast<double>(num_points));
 }
 
-uint64_t ExpectedSurfaceBytes(const Reconstruction& reconstruction, size_t num_points,
-                              PointSpacing spacing) {
+uint64_t ExpectedSurfaceBytes(const Reconstruction& reconstruction, size_t num_vertices) {
   // As a point of a cloud, with its quality; a vertex has the views of all points that it was
   // merged from. A face has its number of corners and three indices.
   constexpr uint64_t kFaceBytes = 1 + 3 * 4, kQualityBytes = 4;
-  const size_t num_vertices = ExpectedVertices(reconstruction, num_points, spacing);
   return ExpectedCloudBytes(reconstruction, num_vertices) +
          (kFacesPerVertex * kFaceBytes + kQualityBytes) * num_vertices;
 }

@@ -27,11 +27,10 @@ size_t ExpectedRefinedFaces(const Reconstruction& reconstruction,
 // would come and go too often.
 size_t LeastBytes(size_t needed_bytes);
 
-// On disk: a cloud with its visibility; a visibility mesh of so many points with its own; a refined
-// mesh.
+// On disk: a cloud with its visibility; a visibility mesh of so many Delaunay vertices with its
+// own; a refined mesh.
 uint64_t ExpectedCloudBytes(const Reconstruction& reconstruction, size_t num_points);
-uint64_t ExpectedSurfaceBytes(const Reconstruction& reconstruction, size_t num_points,
-                              PointSpacing spacing);
+uint64_t ExpectedSurfaceBytes(const Reconstruction& reconstruction, size_t num_vertices);
 uint64_t ExpectedRefinedBytes(size_t num_input_faces);
 // A textured mesh with its pages.
 uint64_t ExpectedTexturedBytes(const Reconstruction& reconstruction, size_t num_faces);

@@ -2,7 +2,10 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <functional>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/pipeline/cloud_check.h"
@@ -42,6 +45,10 @@ VisibilityCloud SparseCloud(const Scene& scene) {
   }
   return cloud;
 }
+
+using CloudReader = std::function<VisibilityCloud()>;
+// Among the checkpoints.
+constexpr const char* kFitFile = "cloud_fit";
 
 // Where MeshCloud's outputs are.
 enum SurfaceOutput { kMeshFile, kMeshVisibilityFile, kCloudFile, kCloudVisibilityFile };
@@ -83,22 +90,46 @@ std::vector<float> QualityByViews(const std::vector<uint64_t>& view_begin, doubl
   return quality;
 }
 
-TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud,
+// The cloud, and how it fits its views, which is put among the checkpoints.
+VisibilityCloud ReadAndMeasure(const Scene& scene, const CloudReader& read_cloud,
+                               const CheckpointFolder& checkpoints, CloudFit* fit) {
+  VisibilityCloud cloud = read_cloud();
+  *fit = MeasureCloudFit(scene, cloud);
+  checkpoints.Write(kFitFile, std::vector(1, *fit));
+  return cloud;
+}
+
+// Without checkpoints, the cloud is read first, and the rest of the budget is for the mesher.
+VisibilityMesherResult RunMesher(const Scene& scene, const CloudReader& read_cloud,
+                                 const VisibilityMesherOptions& options, const TaskRun& run,
+                                 CloudFit* fit) {
+  constexpr double kPartOfReading = 0.04, kPartUntilWriting = 0.97;
+  RunContext context = run.context.Part(kPartOfReading, kPartUntilWriting);
+  const CheckpointFolder checkpoints(run.checkpoint_folder);
+  const auto read = [&] { return ReadAndMeasure(scene, read_cloud, checkpoints, fit); };
+  if (checkpoints.is_on()) {
+    VisibilityMesherResult result = MeshVisibilityCloud(scene, read, options, context, checkpoints);
+    std::vector<CloudFit> measured;
+    checkpoints.Read(kFitFile, &measured);
+    *fit = measured.at(0);
+    return result;
+  }
+  VisibilityCloud cloud = read();
+  run.context.Report(kPartOfReading);
+  const MeshingSize size{.num_points = cloud.size(), .num_view_entries = cloud.view_idxs.size()};
+  context.memory_budget_bytes -= std::min(context.memory_budget_bytes, size.CloudBytes());
+  return MeshVisibilityCloud(scene, std::move(cloud), options, context);
+}
+
+TaskCounts MeshCloud(const Reconstruction& reconstruction, const CloudReader& read_cloud,
                      const std::filesystem::path& cloud_path, const TaskRun& run) {
   const ReconstructionOptions& options = reconstruction.options;
   const Eigen::Vector3d& offset = reconstruction.scene.world_offset;
-  const size_t num_points = cloud.size();
-  const CloudFit fit = MeasureCloudFit(reconstruction.scene, cloud);
-  constexpr double kPartOfReading = 0.04, kPartUntilWriting = 0.97;
-  run.context.Report(kPartOfReading);
-  // Whose budget is for the cloud, too.
-  RunContext context = run.context.Part(kPartOfReading, kPartUntilWriting);
-  const MeshingSize size{.num_points = cloud.size(), .num_view_entries = cloud.view_idxs.size()};
-  context.memory_budget_bytes -= std::min(context.memory_budget_bytes, size.CloudBytes());
   VisibilityMesherOptions surface_options = options.surface;
   surface_options.find_free_points = run.outputs.size() > kCloudFile;
+  CloudFit fit;
   VisibilityMesherResult result =
-      MeshVisibilityCloud(reconstruction.scene, std::move(cloud), surface_options, context);
+      RunMesher(reconstruction.scene, read_cloud, surface_options, run, &fit);
   if (result.mesh.empty()) {
     throw InputError(cloud_path.string(), "gives no surface: " + result.message,
                      "check that the points and their views belong to this model");
@@ -114,13 +145,14 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
     WriteFilteredCloud(reconstruction, cloud_path, result.point_is_free, run);
   }
   TaskCounts counts = {
-      {"points", static_cast<double>(num_points)},
+      {"points", static_cast<double>(result.counters.num_points)},
       {"delaunay_vertices", static_cast<double>(result.counters.num_vertices)},
       {"cells", static_cast<double>(result.counters.num_cells)},
       {"rays", static_cast<double>(result.counters.num_rays)},
       {"crossings", static_cast<double>(result.counters.num_crossings)},
       {"vertices", static_cast<double>(result.mesh.vertices.size())},
       {"faces", static_cast<double>(result.mesh.faces.size())},
+      {"steps_found", static_cast<double>(result.counters.num_steps_found)},
       {"points_inside_share", fit.inside},
       {"normals_facing_share", fit.facing},
       {"predicted_peak_bytes", static_cast<double>(result.predicted_peak_bytes)},
@@ -131,15 +163,38 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, VisibilityCloud cloud
 }
 
 // `views_per_point`: in the mean.
-void SetSurfaceCost(const Reconstruction& reconstruction, size_t num_points, double views_per_point,
-                    PointSpacing spacing, Task* task) {
+MeshingSize GuessSize(const Reconstruction& reconstruction, size_t num_points,
+                      double views_per_point, PointSpacing spacing) {
   const auto num_view_entries =
       static_cast<size_t>(views_per_point * static_cast<double>(num_points));
-  task->cost =
-      EstimateVisibilityMesherCost(reconstruction.scene, num_points, num_view_entries, spacing,
-                                   reconstruction.options.surface, reconstruction.num_threads);
+  return EstimateMeshingSize(reconstruction.scene, num_points, num_view_entries, spacing,
+                             reconstruction.options.surface, reconstruction.num_threads);
+}
+
+void SetSurfaceCost(const Reconstruction& reconstruction, const MeshingSize& size, Task* task) {
+  task->cost = EstimateVisibilityMesherCost(size);
   task->least_bytes = LeastBytes(task->cost.peak_bytes);
-  task->output_bytes = ExpectedSurfaceBytes(reconstruction, num_points, spacing);
+  task->checkpoint_bytes = size.CheckpointBytes();
+  task->output_bytes = ExpectedSurfaceBytes(reconstruction, size.num_vertices);
+}
+
+// From a sample of the cloud; whoever reads it will say what is wrong with it.
+void MeasureSurfaceCost(const Reconstruction& reconstruction, const std::filesystem::path& cloud,
+                        Task* task) {
+  Eigen::AlignedBox3d box = reconstruction.options.bounding_box;
+  if (!box.isEmpty()) box.translate(-reconstruction.scene.world_offset);
+  CloudSampler sampler(reconstruction.scene, box);
+  try {
+    reconstruction.files->SampleCloud(cloud, reconstruction.scene, &sampler);
+  } catch (const InputError&) {
+    return;
+  }
+  const CloudSample sample = sampler.Take();
+  if (sample.places.empty()) return;
+  SetSurfaceCost(reconstruction,
+                 MeasureMeshingSize(reconstruction.scene, sample, reconstruction.options.surface,
+                                    reconstruction.num_threads),
+                 task);
 }
 
 Task SurfaceTask(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {
@@ -185,11 +240,15 @@ Task MakeSurfaceTask(const ReconstructionPtr& reconstruction, const std::filesys
   }
   const auto inputs = reconstruction->files->CloudFiles(cloud);
   task.inputs.insert(task.inputs.end(), inputs.begin(), inputs.end());
-  SetSurfaceCost(*reconstruction, ExpectedPoints(*reconstruction, cloud),
-                 ExpectedViewsPerPoint(*reconstruction), ExpectedSpacing(cloud), &task);
+  SetSurfaceCost(*reconstruction,
+                 GuessSize(*reconstruction, ExpectedPoints(*reconstruction, cloud),
+                           ExpectedViewsPerPoint(*reconstruction), ExpectedSpacing(cloud)),
+                 &task);
+  task.measure_cost = [=](Task* measured) { MeasureSurfaceCost(*reconstruction, cloud, measured); };
   task.run = [=](const TaskRun& run) {
     DropCaches(*reconstruction);
-    return MeshCloud(*reconstruction, ReadCroppedCloud(*reconstruction, cloud), cloud, run);
+    return MeshCloud(
+        *reconstruction, [&] { return ReadCroppedCloud(*reconstruction, cloud); }, cloud, run);
   };
   return task;
 }
@@ -198,12 +257,15 @@ Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
                            const std::filesystem::path& mesh) {
   Task task = SurfaceTask(*reconstruction, mesh);
   task.options += "input_type=sparse\n";
-  SetSurfaceCost(*reconstruction, reconstruction->scene.points.size(),
-                 MeanTrackLength(reconstruction->scene), PointSpacing::kRandom, &task);
+  SetSurfaceCost(*reconstruction,
+                 GuessSize(*reconstruction, reconstruction->scene.points.size(),
+                           MeanTrackLength(reconstruction->scene), PointSpacing::kRandom),
+                 &task);
   task.run = [=](const TaskRun& run) {
     DropCaches(*reconstruction);
-    return MeshCloud(*reconstruction, Crop(*reconstruction, SparseCloud(reconstruction->scene)),
-                     reconstruction->files->PointsFile(), run);
+    return MeshCloud(
+        *reconstruction, [&] { return Crop(*reconstruction, SparseCloud(reconstruction->scene)); },
+        reconstruction->files->PointsFile(), run);
   };
   return task;
 }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "lsmvs/scene/cloud_sample.h"
 #include "lsmvs/scene/depth_map.h"
 #include "lsmvs/scene/scene.h"
 #include "lsmvs/scene/source_rules.h"
@@ -54,6 +55,9 @@ class WorkspaceFiles {
       const std::filesystem::path& cloud) const = 0;
   virtual VisibilityCloud ReadCloud(const std::filesystem::path& cloud,
                                     const Scene& scene) const = 0;
+  // Adds the cloud's points to a sample. Throws InputError.
+  virtual void SampleCloud(const std::filesystem::path& cloud, const Scene& scene,
+                           CloudSampler* sampler) const = 0;
   // `write` hands the cloud over part by part. If it throws, no file appears.
   virtual void WriteCloud(const Scene& scene, const std::vector<std::filesystem::path>& outputs,
                           const std::function<void(const CloudSink&)>& write) const = 0;

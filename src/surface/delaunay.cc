@@ -7,6 +7,7 @@
 
 #include "lsmvs/surface/cell_complex.h"
 #include "lsmvs/surface/geometric_predicates_internal.h"
+#include "lsmvs/util/scratch_memory.h"
 
 namespace lsmvs {
 
@@ -330,6 +331,8 @@ class DelaunayBuilder {
       new_index[infinite_index[i]] = static_cast<int32_t>(cells_.size());
       cells_.push_back(infinite[i]);
     }
+    // More were reserved than came.
+    ScratchMemory::GiveBackTail(cells_.data(), cells_.size() * sizeof(Cell));
     for (Cell& cell : cells_) {
       for (int32_t& neighbor : cell.neighbor) neighbor = new_index[neighbor];
       cell.capacity = {};

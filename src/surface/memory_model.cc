@@ -41,6 +41,12 @@ size_t MeshingSize::CuttingBytes() const {
          std::max(walking, extracting);
 }
 
+size_t MeshingSize::CheckpointBytes() const {
+  // Position, first point, normal, colour, number of sights; a bit for each cell.
+  constexpr size_t kPerVertex = 12 + 4 + 12 + 3 + 4 + 1, kPerSight = 6;
+  return kPerVertex * num_vertices + kPerSight * num_sights;
+}
+
 size_t MeshingSize::PeakBytes() const {
   const size_t cutting = CuttingBytes(), cloud = CloudBytes();
   return std::max(MergingBytes(), cutting > cloud ? cutting - cloud : 0);

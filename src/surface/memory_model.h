@@ -21,6 +21,8 @@ struct MeshingSize {
   size_t CuttingBytes() const;
   // Growth of a process that holds the cloud.
   size_t PeakBytes() const;
+  // On disk, of the merged points and the labels; see MeshVisibilityCloud.
+  size_t CheckpointBytes() const;
 };
 
 }  // namespace lsmvs

@@ -3,6 +3,7 @@
 
 #include "lsmvs/scene/surface_share.h"
 #include "lsmvs/surface/memory_model.h"
+#include "lsmvs/surface/point_merging.h"
 #include "lsmvs/surface/visibility_mesher.h"
 
 namespace lsmvs {
@@ -91,9 +92,9 @@ size_t EstimateVisibilityMesherVertices(const Scene& scene, size_t num_points, P
   return static_cast<size_t>(std::min(points, -cells * std::expm1(-points / (per_cell * cells))));
 }
 
-CostEstimate EstimateVisibilityMesherCost(const Scene& scene, size_t num_points,
-                                          size_t num_view_entries, PointSpacing spacing,
-                                          const VisibilityMesherOptions& options, int num_threads) {
+MeshingSize EstimateMeshingSize(const Scene& scene, size_t num_points, size_t num_view_entries,
+                                PointSpacing spacing, const VisibilityMesherOptions& options,
+                                int num_threads) {
   // A vertex has the views of all points that it was merged from: measured 1.1 times those of one.
   constexpr double kSightsPerView = 1.1;
   MeshingSize size;
@@ -104,9 +105,77 @@ CostEstimate EstimateVisibilityMesherCost(const Scene& scene, size_t num_points,
                                         std::max(1.0, static_cast<double>(num_points)) *
                                         static_cast<double>(size.num_vertices));
   size.num_threads = num_threads;
+  return size;
+}
+
+namespace {
+
+// In the cube of a place.
+struct PlaceCounts {
+  size_t num_points = 0, num_vertices = 0, num_sights = 0;
+};
+
+PlaceCounts CountInCube(const Scene& scene, const CloudSample::Place& place,
+                        const PointMergingOptions& merging, const RunContext& context) {
+  PlaceCounts counts;
+  for (const Eigen::Vector3f& x : place.points.positions) {
+    counts.num_points += place.cube.contains(x);
+  }
+  if (counts.num_points == 0) return counts;
+  const MergedCloud merged = MergePoints(scene, place.points, merging, context);
+  for (size_t v = 0; v < merged.positions.size(); ++v) {
+    const Eigen::Vector3d x = merged.frame.ToWorld(merged.positions[v].cast<double>());
+    if (!place.cube.contains(x.cast<float>())) continue;
+    ++counts.num_vertices;
+    counts.num_sights += merged.SightsOf(v).size();
+  }
+  return counts;
+}
+
+// Without views that the scene does not have, as a file of another model could name.
+CloudSample::Place WithKnownViews(const CloudSample::Place& place, size_t num_views) {
+  CloudSample::Place known{place.cube, {}};
+  for (size_t p = 0; p < place.points.size(); ++p) {
+    std::vector<uint32_t> views;
+    for (const uint32_t view_idx : place.points.ViewsOf(p)) {
+      if (view_idx < num_views) views.push_back(view_idx);
+    }
+    known.points.Add(place.points.positions[p], place.points.normals[p], place.points.colors[p],
+                     views);
+  }
+  return known;
+}
+
+}  // namespace
+
+MeshingSize MeasureMeshingSize(const Scene& scene, const CloudSample& sample,
+                               const VisibilityMesherOptions& options, int num_threads) {
+  const PointMergingOptions merging{options.max_proj_dist, options.max_depth_dist,
+                                    options.visibility_sigma, false};
+  const RunContext context(1);
+  PlaceCounts sum;
+  for (const CloudSample::Place& place : sample.places) {
+    const PlaceCounts counts =
+        CountInCube(scene, WithKnownViews(place, scene.views.size()), merging, context);
+    sum.num_points += counts.num_points;
+    sum.num_vertices += counts.num_vertices;
+    sum.num_sights += counts.num_sights;
+  }
+  MeshingSize size;
+  size.num_points = static_cast<size_t>(sample.num_points);
+  size.num_view_entries = static_cast<size_t>(sample.num_view_entries);
+  size.num_threads = num_threads;
+  const double scale = static_cast<double>(size.num_points) /
+                       static_cast<double>(std::max<size_t>(1, sum.num_points));
+  size.num_vertices = static_cast<size_t>(scale * static_cast<double>(sum.num_vertices));
+  size.num_sights = static_cast<size_t>(scale * static_cast<double>(sum.num_sights));
+  return size;
+}
+
+CostEstimate EstimateVisibilityMesherCost(const MeshingSize& size) {
   CostEstimate estimate;
   // Microseconds: reading and merging a point; tetrahedra, rays, cut and cleaning of a vertex.
-  estimate.cpu_seconds = 1e-6 * (1.6 * static_cast<double>(num_points) +
+  estimate.cpu_seconds = 1e-6 * (1.6 * static_cast<double>(size.num_points) +
                                  30.0 * static_cast<double>(size.num_vertices));
   estimate.peak_bytes = size.CloudBytes() + size.PeakBytes();
   return estimate;

@@ -9,6 +9,7 @@
 
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/disjoint_sets.h"
+#include "lsmvs/util/scratch_memory.h"
 
 namespace lsmvs {
 
@@ -46,12 +47,16 @@ class Extractor {
   }
 
   void CollectFacets() {
+    // Two facets a vertex on a closed surface. An array that grows takes three times its bytes,
+    // and the cells are still there.
+    facets_.reserve(complex_.points.size() * 22 / 10 + 64);
     for (int32_t c = 0; c < static_cast<int32_t>(complex_.cells.size()); ++c) {
       if (!Full(c)) continue;
       for (int8_t i = 0; i < 4; ++i) {
         if (OnSurface(c, i)) facets_.push_back(MakeFacet(c, i));
       }
     }
+    ScratchMemory::GiveBackTail(facets_.data(), facets_.size() * sizeof(Facet));
     std::sort(facets_.begin(), facets_.end(),
               [&](const Facet& a, const Facet& b) { return RankKey(a) < RankKey(b); });
   }

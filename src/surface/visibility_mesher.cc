@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "lsmvs/graph/minimum_cut.h"
 #include "lsmvs/surface/cell_complex.h"
 #include "lsmvs/surface/memory_model.h"
+#include "lsmvs/surface/mesher_checkpoints_internal.h"
 #include "lsmvs/surface/point_merging.h"
 #include "lsmvs/surface/surface_cleaning.h"
 #include "lsmvs/surface/surface_extraction.h"
@@ -25,14 +27,15 @@ namespace {
 // Runs the phases one after the other, each dropping what the next do not need.
 class Mesher {
  public:
-  Mesher(const Scene& scene, VisibilityCloud cloud, const VisibilityMesherOptions& options,
-         const RunContext& context)
-      : scene_(scene), cloud_(std::move(cloud)), options_(options), context_(context) {
-    result_.counters.num_points = cloud_.size();
-    size_.num_points = cloud_.size();
-    size_.num_view_entries = cloud_.view_idxs.size();
+  Mesher(const Scene& scene, const std::function<VisibilityCloud()>& read_cloud,
+         const VisibilityMesherOptions& options, const RunContext& context,
+         const CheckpointFolder& checkpoints)
+      : scene_(scene),
+        read_cloud_(read_cloud),
+        options_(options),
+        context_(context),
+        checkpoints_(checkpoints) {
     size_.num_threads = context.num_threads();
-    CheckBudget(size_.MergingBytes());
   }
 
   VisibilityMesherResult Run() {
@@ -42,18 +45,21 @@ class Mesher {
     if (merged_.positions.empty()) {
       return Fail(VisibilityMesherStatus::kNoPoints, "no point that a view sees: nothing to mesh");
     }
-    Time("tetrahedra", [&] {
-      complex_ = BuildDelaunay(std::exchange(merged_.positions, {}), all.Part(0.27, 0.51));
-    });
-    if (complex_.cells.empty()) {
-      return Fail(VisibilityMesherStatus::kDegenerate,
-                  fmt::format("{} different points, which span no volume: nothing to mesh",
-                              complex_.points.size()));
+    if (checkpoints_.HasSurface()) {
+      checkpoints_.ReadSurface(&result_.counters, &surface_, &result_.point_is_free);
+      merged_.positions = {};
+    } else {
+      Time("tetrahedra", [&] {
+        complex_ = BuildDelaunay(std::exchange(merged_.positions, {}), all.Part(0.27, 0.51));
+      });
+      if (complex_.cells.empty()) {
+        return Fail(VisibilityMesherStatus::kDegenerate,
+                    fmt::format("{} different points, which span no volume: nothing to mesh",
+                                complex_.points.size()));
+      }
+      LabelCells(all);
+      Time("extraction", [&] { Extract(); });
     }
-    result_.counters.num_cells = complex_.cells.size();
-    Time("rays", [&] { Weigh(all.Part(0.51, 0.8)); });
-    Time("cut", [&] { Cut(all.Part(0.8, 0.87)); });
-    Time("extraction", [&] { Extract(); });
     all.Report(0.93);
     if (surface_.mesh.faces.empty()) {
       return Fail(VisibilityMesherStatus::kEmptyCut, "the views support no surface");
@@ -73,15 +79,38 @@ class Mesher {
   }
 
   void Merge(const RunContext& context) {
+    if (checkpoints_.HasMerged()) {
+      checkpoints_.ReadMerged(&result_.counters, &merged_);
+      return;
+    }
+    VisibilityCloud cloud = read_cloud_();
+    cloud.CheckConsistent(scene_.views.size());
+    result_.counters.num_points = size_.num_points = cloud.size();
+    size_.num_view_entries = cloud.view_idxs.size();
+    CheckBudget(size_.MergingBytes());
     const PointMergingOptions merging{options_.max_proj_dist, options_.max_depth_dist,
                                       options_.visibility_sigma, options_.find_free_points};
-    merged_ = MergePoints(scene_, cloud_, merging, context);
-    cloud_ = {};
+    merged_ = MergePoints(scene_, cloud, merging, context);
+    cloud = {};
     result_.counters.num_ignored_points = merged_.num_ignored_points;
     result_.counters.num_vertices = size_.num_vertices = merged_.positions.size();
     size_.num_sights = merged_.sights.size();
     result_.predicted_peak_bytes = size_.PeakBytes();
     CheckBudget(result_.predicted_peak_bytes);
+    checkpoints_.WriteMerged(result_.counters, &merged_);
+  }
+
+  // Which cells are empty and which full.
+  void LabelCells(const RunContext& all) {
+    if (checkpoints_.HasLabels()) {
+      checkpoints_.ReadLabels(&result_.counters, &complex_);
+    } else {
+      result_.counters.num_cells = complex_.cells.size();
+      Time("rays", [&] { Weigh(all.Part(0.51, 0.8)); });
+      Time("cut", [&] { Cut(all.Part(0.8, 0.87)); });
+      checkpoints_.WriteLabels(result_.counters, complex_);
+    }
+    if (options_.find_free_points) FindFreePoints();
   }
 
   void CheckBudget(size_t bytes) const {
@@ -106,7 +135,9 @@ class Mesher {
     const VisibilityWeightOptions weights{options_.distance_sigma_factor,
                                           options_.sink_distance_factor,
                                           options_.quality_regularization};
+    checkpoints_.LoadSights(&merged_);
     const RayCounters counters = WeighCells(scene_, merged_, weights, context, &complex_);
+    checkpoints_.DropSights(&merged_);
     result_.counters.num_rays = counters.num_rays;
     result_.counters.num_crossings = counters.num_crossings;
     result_.counters.num_lost_rays = counters.num_lost_rays;
@@ -126,10 +157,10 @@ class Mesher {
     for (const Cell& cell : complex_.cells) {
       result_.counters.num_empty_cells += cell.OnSourceSide();
     }
-    if (options_.find_free_points) FindFreePoints();
   }
 
   void FindFreePoints() {
+    checkpoints_.LoadVertexOfPoint(&merged_);
     std::vector<uint8_t> is_free(complex_.points.size(), 1);
     for (size_t c = 0; c < complex_.num_finite_cells; ++c) {
       const Cell& cell = complex_.cells[c];
@@ -147,12 +178,17 @@ class Mesher {
   }
 
   void Extract() {
+    checkpoints_.LoadFirstPoints(&merged_);
     surface_ = ExtractSurface(std::move(complex_), merged_.first_point);
     result_.counters.num_cut_facets = surface_.num_cut_facets;
     result_.counters.num_split_vertices = surface_.num_split_vertices;
+    checkpoints_.WriteSurface(result_.counters, surface_, result_.point_is_free);
   }
 
   void Clean() {
+    checkpoints_.LoadFirstPoints(&merged_);
+    checkpoints_.LoadSights(&merged_);
+    checkpoints_.LoadLooks(&merged_);
     const SurfaceCleaningOptions cleaning{
         options_.completeness,           options_.max_gap_share,
         options_.max_side_length_factor, options_.max_side_length_percentile,
@@ -197,9 +233,10 @@ class Mesher {
   }
 
   const Scene& scene_;
-  VisibilityCloud cloud_;  // until it is merged
+  const std::function<VisibilityCloud()>& read_cloud_;
   const VisibilityMesherOptions& options_;
   const RunContext& context_;
+  const internal::MesherCheckpoints checkpoints_;
   MergedCloud merged_;
   CellComplex complex_;
   ExtractedSurface surface_;
@@ -213,9 +250,17 @@ class Mesher {
 VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, VisibilityCloud cloud,
                                            const VisibilityMesherOptions& options,
                                            const RunContext& context) {
+  return MeshVisibilityCloud(
+      scene, [&] { return std::move(cloud); }, options, context, CheckpointFolder());
+}
+
+VisibilityMesherResult MeshVisibilityCloud(const Scene& scene,
+                                           const std::function<VisibilityCloud()>& read_cloud,
+                                           const VisibilityMesherOptions& options,
+                                           const RunContext& context,
+                                           const CheckpointFolder& checkpoints) {
   if (std::string error; !options.Check(&error)) throw UsageError(error);
-  cloud.CheckConsistent(scene.views.size());
-  return Mesher(scene, std::move(cloud), options, context).Run();
+  return Mesher(scene, read_cloud, options, context, checkpoints).Run();
 }
 
 }  // namespace lsmvs

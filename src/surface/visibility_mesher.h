@@ -2,14 +2,18 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "lsmvs/mesh/triangle_mesh.h"
+#include "lsmvs/scene/cloud_sample.h"
 #include "lsmvs/scene/scene.h"
 #include "lsmvs/scene/visibility_cloud.h"
+#include "lsmvs/surface/memory_model.h"
+#include "lsmvs/util/checkpoint_folder.h"
 #include "lsmvs/util/cost_estimate.h"
 #include "lsmvs/util/option_set.h"
 #include "lsmvs/util/run_context.h"
@@ -111,6 +115,8 @@ struct VisibilityMesherCounters {
   size_t num_dropped_components = 0, num_dropped_component_faces = 0;
   size_t num_closed_holes = 0;
   double cut_value = 0;  // in units of one fully trusted ray
+  // Of merging, cut and extraction, those whose results were found; see CheckpointFolder.
+  size_t num_steps_found = 0;
 };
 
 struct VisibilityMesherResult {
@@ -164,6 +170,20 @@ VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, VisibilityCloud c
                                            const VisibilityMesherOptions& options,
                                            const RunContext& context);
 
+// The same for a cloud that is read when it is needed, with what finished steps gave kept in
+// `checkpoints`: if that is on, and after a kill finds the results of an earlier call with the same
+// arguments, these steps are not done again, and the cloud is perhaps not read. Kept are, in bytes
+// a vertex of the tetrahedralisation, the merged points (about 75; for 30 % of the time of a run),
+// the labels of the tetrahedra after the cut (1; for 40 %) and the surface before it is cleaned
+// (50, when the tetrahedra have gone; with these, for 25 % more). The tetrahedra are not: 220 bytes
+// a vertex, or 350 with their weights, would be half of the scratch file again. So a run that is
+// killed while it makes or weighs tetrahedra begins with them.
+VisibilityMesherResult MeshVisibilityCloud(const Scene& scene,
+                                           const std::function<VisibilityCloud()>& read_cloud,
+                                           const VisibilityMesherOptions& options,
+                                           const RunContext& context,
+                                           const CheckpointFolder& checkpoints);
+
 // How the points of a cloud lie on the surface.
 enum class PointSpacing {
   kRegular,  // about a pixel apart, as depth maps give them
@@ -176,9 +196,17 @@ enum class PointSpacing {
 size_t EstimateVisibilityMesherVertices(const Scene& scene, size_t num_points, PointSpacing spacing,
                                         const VisibilityMesherOptions& options);
 
-// For a cloud with `num_view_entries` (point, view) pairs. Memory includes the cloud.
-CostEstimate EstimateVisibilityMesherCost(const Scene& scene, size_t num_points,
-                                          size_t num_view_entries, PointSpacing spacing,
-                                          const VisibilityMesherOptions& options, int num_threads);
+// For a cloud with `num_view_entries` (point, view) pairs.
+MeshingSize EstimateMeshingSize(const Scene& scene, size_t num_points, size_t num_view_entries,
+                                PointSpacing spacing, const VisibilityMesherOptions& options,
+                                int num_threads);
+
+// The same for a cloud that is there, from a sample of it: the points of each place are merged, and
+// those within its cube are counted. About 0.1 s.
+MeshingSize MeasureMeshingSize(const Scene& scene, const CloudSample& sample,
+                               const VisibilityMesherOptions& options, int num_threads);
+
+// Memory includes the cloud.
+CostEstimate EstimateVisibilityMesherCost(const MeshingSize& size);
 
 }  // namespace lsmvs

@@ -118,11 +118,11 @@ class Pager {
   }
 
   void* Allocate(size_t num_bytes) {
-    const size_t size = (num_bytes + kChunk - 1) / kChunk * kChunk;
+    const size_t size = RoundUp(num_bytes);
     const std::lock_guard lock(mutex_);
     const size_t offset = FindGap(size);
     TakeSpace(offset, size);
-    blocks_.emplace(offset, size);
+    blocks_.emplace(offset, Block{size, size});
     in_use_ += size;
     peak_ = std::max(peak_.load(), in_use_.load());
     std::fill_n(states_ + offset / kChunk, size / kChunk, ChunkState::kUntouched);
@@ -133,15 +133,24 @@ class Pager {
     const std::lock_guard lock(mutex_);
     const auto found =
         blocks_.find(static_cast<size_t>(static_cast<std::byte*>(block) - scratch_range.begin));
-    const auto [offset, size] = *found;
+    const size_t offset = found->first;
+    const Block block_of = found->second;
     blocks_.erase(found);
-    in_use_ -= size;
-    Unmap(offset, size);
-    std::fill_n(states_ + offset / kChunk, size / kChunk, ChunkState::kNone);
-    ring_.erase(std::remove_if(ring_.begin(), ring_.end(),
-                               [&](uint32_t c) { return states_[c] == ChunkState::kNone; }),
-                ring_.end());
-    GiveSpaceBack(offset, size);
+    in_use_ -= block_of.taken;
+    Drop(offset, block_of.size, ChunkState::kNone);
+  }
+
+  void FreeTail(const void* block, size_t used_bytes) noexcept {
+    const std::lock_guard lock(mutex_);
+    const auto offset =
+        static_cast<size_t>(static_cast<const std::byte*>(block) - scratch_range.begin);
+    const auto found = blocks_.find(offset);
+    if (found == blocks_.end()) return;
+    const size_t used = RoundUp(used_bytes);
+    if (used >= found->second.taken) return;
+    in_use_ -= found->second.taken - used;
+    found->second.taken = used;
+    Drop(offset + used, found->second.size - used, ChunkState::kUntouched);
   }
 
   // False if the address belongs to no block.
@@ -178,6 +187,17 @@ class Pager {
 
   static void Protect(uint32_t chunk, int protection) {
     if (::mprotect(AddressOf(chunk), kChunk, protection) != 0) Die("cannot protect memory");
+  }
+
+  static size_t RoundUp(size_t num_bytes) { return (num_bytes + kChunk - 1) / kChunk * kChunk; }
+
+  // Forgets what the chunks hold.
+  void Drop(size_t offset, size_t size, ChunkState state) noexcept {
+    Unmap(offset, size);
+    std::fill_n(states_ + offset / kChunk, size / kChunk, state);
+    const size_t first = offset / kChunk, end = (offset + size) / kChunk;
+    std::erase_if(ring_, [&](uint32_t c) { return c >= first && c < end; });
+    GiveSpaceBack(offset, size);
   }
 
   static void Unmap(size_t offset, size_t size) {
@@ -313,9 +333,9 @@ class Pager {
   // The first gap that is large enough.
   size_t FindGap(size_t size) const {
     size_t begin = 0;
-    for (const auto& [offset, block_size] : blocks_) {
+    for (const auto& [offset, block] : blocks_) {
       if (offset - begin >= size) return begin;
-      begin = offset + block_size;
+      begin = offset + block.size;
     }
     if (begin + size > RangeBytes()) throw std::bad_alloc();
     return begin;
@@ -344,7 +364,11 @@ class Pager {
   const std::filesystem::path folder_;
   const int file_;
   std::mutex mutex_;
-  std::map<size_t, size_t> blocks_;  // size by offset
+  struct Block {
+    size_t size = 0;
+    size_t taken = 0;  // on disk: the size, or less where the tail was given back
+  };
+  std::map<size_t, Block> blocks_;  // by offset
   ChunkState* states_;
   std::byte *spare_range_, *spare_;  // a chunk outside of the range, to read into
   bool spare_has_pages_ = false;
@@ -451,6 +475,10 @@ uint64_t ScratchMemory::BytesInUse() {
 }
 uint64_t ScratchMemory::PeakBytes() {
   return FromPager([](const internal::Pager& pager) { return pager.peak(); });
+}
+void ScratchMemory::GiveBackTail(const void* block, size_t used_bytes) {
+  if (!internal::scratch_range.Holds(block)) return;
+  internal::ThePager()->FreeTail(block, used_bytes);
 }
 uint64_t ScratchMemory::BytesWritten() {
   return FromPager(

@@ -63,6 +63,11 @@ class ScratchMemory {
   // What all blocks take, on disk: now, and at most since the start of the process.
   static uint64_t BytesInUse();
   static uint64_t PeakBytes();
+  // Gives back what a block that starts at `block` takes behind its first `used_bytes`: for arrays
+  // that turn out smaller than what was reserved. It may be used later all the same; its bytes are
+  // then zero, and its space is taken when it goes to the file. Nothing happens for other blocks.
+  static void GiveBackTail(const void* block, size_t used_bytes);
+
   // Moved to and from the file since the start of the process.
   static uint64_t BytesWritten();
   static uint64_t BytesRead();

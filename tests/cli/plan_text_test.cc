@@ -117,10 +117,10 @@ TEST(PlanText, NamesPartsAndScratchFile) {
 
 TEST(CheckScratchFits, NamesTheFolderAndWhatHelps) {
   RunPlan plan = PlanWithScratch();
-  EXPECT_NO_THROW(CheckScratchFits(MakeHeader(), MakePlan(), 0));
+  EXPECT_NO_THROW(CheckScratchFits(MakeHeader(), MakePlan(), Disk{}));
   plan.peak_scratch_bytes = uint64_t{1} << 60;
   try {
-    CheckScratchFits(MakeHeader(), plan, 0);
+    CheckScratchFits(MakeHeader(), plan, Disk{});
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ExitCode::kFileSystem);
@@ -129,18 +129,32 @@ TEST(CheckScratchFits, NamesTheFolderAndWhatHelps) {
   }
 }
 
-TEST(FreeDiskBytes, IsThatWhereTheFirstTaskWrites) {
+// Two disks may have the same number of bytes free.
+TEST(CheckScratchFits, CountsTheResultsOnTheSameDiskOnly) {
+  RunPlan plan = PlanWithScratch();
+  const std::optional<Disk> disk = DiskOf(plan.scratch_folder);
+  ASSERT_TRUE(disk.has_value());
+  plan.peak_scratch_bytes = disk->free_bytes / 2;
+  plan.peak_disk_bytes = uint64_t{1} << 60;
+  const Disk other = {disk->device + 1, disk->free_bytes};
+  EXPECT_NO_THROW(CheckScratchFits(MakeHeader(), plan, other));
+  EXPECT_NO_THROW(CheckScratchFits(MakeHeader(), plan, std::nullopt));
+  EXPECT_THROW(CheckScratchFits(MakeHeader(), plan, Disk{disk->device, 0}), Error);
+}
+
+TEST(FindDisk, IsThatWhereTheFirstTaskWrites) {
   Task task;
   task.outputs = {std::filesystem::temp_directory_path() / "not/there/yet/x"};
   RunPlan plan;
   plan.tasks = {{TaskState::kRun, "new"}};
-  const auto free_bytes = FreeDiskBytes({task}, plan);
-  ASSERT_TRUE(free_bytes.has_value());
+  const std::optional<Disk> disk = FindDisk({task}, plan);
+  ASSERT_TRUE(disk.has_value());
   const auto space = std::filesystem::space(std::filesystem::temp_directory_path());
-  EXPECT_GT(*free_bytes, 0u);
-  EXPECT_LE(*free_bytes, space.capacity);
+  EXPECT_GT(disk->free_bytes, 0u);
+  EXPECT_LE(disk->free_bytes, space.capacity);
+  EXPECT_EQ(disk->device, DiskOf(std::filesystem::temp_directory_path())->device);
   plan.tasks[0].state = TaskState::kUpToDate;
-  EXPECT_FALSE(FreeDiskBytes({task}, plan).has_value());
+  EXPECT_FALSE(FindDisk({task}, plan).has_value());
 }
 
 TEST(NeighborNotes, SayWhichPhotosHaveFewNeighboursAndWhy) {

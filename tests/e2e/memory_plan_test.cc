@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "lsmvs/synthetic/synthetic_scene.h"
+#include "lsmvs/synthetic/town.h"
 #include "lsmvs/synthetic/workspace.h"
 #include "lsmvs/test_support/temporary_folder.h"
 #include "lsmvs/test_support/test_data.h"
@@ -116,6 +117,20 @@ TEST(MemoryPlan, HoldsOnACloudOfAnotherProgram) {
       RunProgram("lsmvs", {"visibility_mesher", "--input_path", workspace.string(), "--output_path",
                            (workspace / "mesh.ply").string()});
   ExpectPlanHolds(workspace, result);
+}
+
+// Nothing tells how densely the points lie but the cloud itself.
+TEST(MemoryPlan, HoldsOnACloudWithoutSparsePoints) {
+  SKIP_WITH_SANITIZERS;
+  const TemporaryFolder folder;
+  TownOptions options;
+  options.num_points = 1e6;
+  WriteTown(folder.path(), Town(options), 1, RunContext(2));
+  ReturnFreedMemory();
+  const ProgramResult result =
+      RunProgram("lsmvs", {"visibility_mesher", "--input_path", folder.path().string(),
+                           "--output_path", (folder.path() / "mesh.ply").string()});
+  ExpectPlanHolds(folder.path(), result);
 }
 
 // Reduced, so that all of them take about a minute.

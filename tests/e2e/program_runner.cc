@@ -41,6 +41,13 @@ void Execute(const fs::path& program, const std::vector<std::string>& arguments,
   ::_exit(127);
 }
 
+// Leaves the child to be waited for.
+bool HasEnded(pid_t child) {
+  siginfo_t info = {};
+  return ::waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+         info.si_pid == child;
+}
+
 }  // namespace
 
 std::vector<std::string> ProgramResult::Errors() const {
@@ -65,6 +72,10 @@ ProgramResult RunProgram(const std::string& name, const std::vector<std::string>
   if (options.signal_after) {
     std::this_thread::sleep_for(*options.signal_after);
     ::kill(child, options.signal);
+  }
+  while (options.signal_when && !HasEnded(child)) {
+    if (options.signal_when()) ::kill(child, options.signal);
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
   }
   int status = 0;
   rusage usage = {};

@@ -24,6 +24,8 @@ struct ProgramResult {
 struct ProgramOptions {
   // Sent after the delay; the program may have ended by then.
   std::optional<std::chrono::microseconds> signal_after;
+  // Or when this is true, which is asked every 0.2 ms.
+  std::function<bool()> signal_when;
   int signal = 9;
   // Runs in the child before the program starts.
   std::function<void()> before_exec;

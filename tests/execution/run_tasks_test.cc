@@ -424,6 +424,61 @@ TEST(ScratchPlan, StagesCountWhatStaysInMemoryAndTheFile) {
   EXPECT_EQ(plan.scratch_folder, folder.path());
 }
 
+TEST(ScratchPlan, CheckpointsAreCountedWithTheScratchFile) {
+  const TemporaryFolder folder;
+  RunStore store(folder.path(), "test 1");
+  PlanOptions options;
+  options.num_parts = 4;
+  Task task = LargeTask(folder.path());
+  task.checkpoint_bytes = 70;
+  EXPECT_EQ(PlanRun({task}, options, &store).peak_scratch_bytes, 1070u);
+  EXPECT_EQ(PlanRun({task}, {}, &store).peak_scratch_bytes, 0u);
+}
+
+// This program has no scratch memory: a task is given no folder for its steps, and folders of
+// others stay. The end-to-end tests kill divided runs.
+TEST(ScratchPlan, OthersCheckpointsStay) {
+  const TemporaryFolder folder;
+  const auto theirs = folder.path() / "lsmvs-steps-of-others" / "step";
+  WriteText(theirs, "theirs");
+  RunStore store(folder.path() / "root", "test 1");
+  Task task = LargeTask(folder.path());
+  task.checkpoint_bytes = 1;
+  task.run = [&](const TaskRun& run) {
+    EXPECT_TRUE(run.checkpoint_folder.empty());
+    WriteText(run.outputs.at(0), "result");
+    return TaskCounts();
+  };
+  PlanOptions options;
+  options.scratch_folder = folder.path();
+  SilentObserver observer;
+  const RunPlan plan = PlanRun({task}, options, &store);
+  RunTasks({task}, plan, &store, &observer, RunContext(1));
+  EXPECT_EQ(ReadText(theirs), "theirs");
+}
+
+// Costs are measured where a task runs and reads what is there.
+TEST_F(Chain, CostsAreMeasuredOfTasksThatRunOnWhatIsThere) {
+  std::vector<Task> tasks = Tasks();
+  std::vector<int> calls(tasks.size(), 0);
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    tasks[i].measure_cost = [&calls, i](Task* task) {
+      ++calls[i];
+      task->cost.peak_bytes = 4711;
+    };
+  }
+  {
+    RunStore store(root(), "test 1");
+    EXPECT_TRUE(MeasureCosts(PlanRun(tasks, {}, &store), &tasks));
+    EXPECT_EQ(calls.front(), 1);
+    EXPECT_EQ(calls.back(), 0);  // reads what is still to be made
+    EXPECT_EQ(tasks.front().cost.peak_bytes, 4711u);
+  }
+  Run();
+  RunStore store(root(), "test 1");
+  EXPECT_FALSE(MeasureCosts(PlanRun(tasks, {}, &store), &tasks));  // all is up to date
+}
+
 // This program has no scratch memory: the refusal stays what it is.
 TEST(ScratchPlan, WithoutScratchMemoryARefusalIsPassedOn) {
   const TemporaryFolder folder;

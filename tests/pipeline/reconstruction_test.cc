@@ -34,6 +34,7 @@ class NamedFiles : public WorkspaceFiles {
     return {cloud, cloud.string() + ".vis"};
   }
   VisibilityCloud ReadCloud(const fs::path&, const Scene&) const override { return {}; }
+  void SampleCloud(const fs::path&, const Scene&, CloudSampler*) const override {}
   void WriteCloud(const Scene&, const std::vector<fs::path>&,
                   const std::function<void(const CloudSink&)>& write) const override {
     write([](const VisibilityCloud&) {});

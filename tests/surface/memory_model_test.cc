@@ -50,6 +50,30 @@ TEST(MemoryModel, ForetellsThePeakWithinAFifth) {
   EXPECT_NEAR(static_cast<double>(result.predicted_peak_bytes), measured, 0.2 * measured);
 }
 
+// Vertices and their views, from the points of some places.
+TEST(MemoryModel, ASampleTellsTheSize) {
+  const NoisySphere sphere;
+  CloudSampler sampler(sphere.scene.scene, {});
+  for (size_t p = 0; p < sphere.cloud.size(); ++p) {
+    sampler.Add(sphere.cloud.positions[p], sphere.cloud.normals[p], sphere.cloud.ViewsOf(p));
+  }
+  const CloudSample sample = sampler.Take();
+  for (const double max_proj_dist : {0.1, 2.35, 6.0}) {
+    VisibilityMesherOptions options;
+    options.max_proj_dist = max_proj_dist;
+    const MeshingSize size = MeasureMeshingSize(sphere.scene.scene, sample, options, 1);
+    EXPECT_EQ(size.num_points, sphere.cloud.size());
+    EXPECT_EQ(size.num_view_entries, sphere.cloud.view_idxs.size());
+    const VisibilityMesherCounters counters = MeshWith(max_proj_dist).counters;
+    const auto near = [](size_t measured, size_t truth) {
+      EXPECT_NEAR(static_cast<double>(measured), static_cast<double>(truth),
+                  0.1 * static_cast<double>(truth));
+    };
+    near(size.num_vertices, counters.num_vertices);
+    near(size.num_sights, counters.num_rays);
+  }
+}
+
 TEST(MemoryModel, SizesAreThoseOfTheRun) {
   const VisibilityMesherResult result = MeshWith(2.35);
   const VisibilityMesherCounters& counters = result.counters;

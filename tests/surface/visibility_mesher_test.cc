@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 #include "lsmvs/mesh/inspect.h"
@@ -14,6 +15,7 @@
 #include "lsmvs/synthetic/surface_error.h"
 #include "lsmvs/synthetic/synthetic_scene.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
+#include "lsmvs/test_support/temporary_folder.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
@@ -268,6 +270,48 @@ VisibilityCloud CloudOf(const std::vector<Eigen::Vector3f>& points,
   VisibilityCloud cloud;
   for (const auto& x : points) cloud.Add(x, Eigen::Vector3f::Zero(), Color::Zero(), views);
   return cloud;
+}
+
+// The second call finds what the first one kept, and does not even read the cloud.
+TEST(VisibilityMesher, GoesOnBehindStepsThatWereKept) {
+  const SyntheticScene scene = MakeScene(ShapeName::kSphere, 16, 640, 480);
+  SampledCloudOptions sampling;
+  sampling.num_points = 5000;
+  const VisibilityCloud cloud = SampleCloud(*scene.shape, scene.scene, sampling, kContext);
+  VisibilityMesherOptions options = Plain();
+  options.find_free_points = true;
+  const TemporaryFolder folder;
+  const CheckpointFolder checkpoints(folder.path() / "steps");
+  int num_read = 0;
+  const auto mesh = [&] {
+    return MeshVisibilityCloud(
+        scene.scene,
+        [&] {
+          ++num_read;
+          return cloud;
+        },
+        options, kContext, checkpoints);
+  };
+  const VisibilityMesherResult whole = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
+  const auto expect_same = [&](const VisibilityMesherResult& result, size_t num_steps_found) {
+    EXPECT_EQ(result.counters.num_steps_found, num_steps_found);
+    EXPECT_EQ(result.counters.num_vertices, whole.counters.num_vertices);
+    EXPECT_EQ(result.counters.num_rays, whole.counters.num_rays);
+    EXPECT_EQ(result.mesh.vertices, whole.mesh.vertices);
+    EXPECT_EQ(result.mesh.faces, whole.mesh.faces);
+    EXPECT_EQ(result.mesh.vertex_colors, whole.mesh.vertex_colors);
+    EXPECT_EQ(result.view_idxs, whole.view_idxs);
+    EXPECT_EQ(result.point_is_free, whole.point_is_free);
+  };
+  expect_same(mesh(), 0);
+  EXPECT_EQ(num_read, 1);
+  expect_same(mesh(), 2);  // points and surface
+  std::filesystem::remove(folder.path() / "steps" / "surface.finished");
+  expect_same(mesh(), 2);  // points and labels
+  std::filesystem::remove(folder.path() / "steps" / "surface.finished");
+  std::filesystem::remove(folder.path() / "steps" / "labels.finished");
+  expect_same(mesh(), 1);
+  EXPECT_EQ(num_read, 1);
 }
 
 TEST(VisibilityMesher, DegenerateInputHasAStatus) {

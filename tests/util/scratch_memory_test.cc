@@ -161,5 +161,24 @@ TEST_F(ScratchMemoryTest, OtherFaultsStillEndTheProcess) {
   EXPECT_EXIT(std::raise(SIGSEGV), testing::KilledBySignal(SIGSEGV), "");
 }
 
+TEST_F(ScratchMemoryTest, TailsAreGivenBackAndMayBeUsedAgain) {
+  const ScratchMemory scratch(OptionsFor(folder_, 64));
+  std::vector<uint32_t> values;
+  values.reserve(32 * kMegabyte / sizeof(uint32_t));
+  const uint64_t whole = ScratchMemory::BytesInUse();
+  EXPECT_EQ(whole, 32 * kMegabyte);
+  for (uint32_t i = 0; i < 5 * kMegabyte / sizeof(uint32_t); ++i) values.push_back(Noise(i));
+  ScratchMemory::GiveBackTail(values.data(), values.size() * sizeof(uint32_t));
+  EXPECT_EQ(ScratchMemory::BytesInUse(), 6 * kMegabyte);
+  for (auto i = static_cast<uint32_t>(values.size()); i < 30 * kMegabyte / sizeof(uint32_t); ++i) {
+    values.push_back(Noise(i));
+  }
+  for (uint32_t i = 0; i < values.size(); ++i) ASSERT_EQ(values[i], Noise(i));
+  std::vector<uint32_t>().swap(values);
+  EXPECT_EQ(ScratchMemory::BytesInUse(), 0u);
+  int other = 0;
+  EXPECT_NO_THROW(ScratchMemory::GiveBackTail(&other, 0));
+}
+
 }  // namespace
 }  // namespace lsmvs

@@ -13,6 +13,7 @@
 #include "lsmvs/cli/commands/colmap_meshers.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
 #include "lsmvs/cli/help_text.h"
+#include "lsmvs/cli/mesh_memory.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
 #include "lsmvs/evaluation/error_colors.h"
 #include "lsmvs/execution/run_record.h"
@@ -31,6 +32,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// As the evaluator, and as the simplifier, for the page.
+constexpr MeshMemoryModel kMemory = {.all = 460, .in_memory = 100};
 constexpr int kPhotoQuality = 82;
 constexpr double kMaxTexels = 6e6;  // of a texture on the page
 
@@ -151,6 +154,8 @@ class Comparison {
       throw InputError(workspace_.folder.string(), "holds no mesh to compare",
                        "run lsmvs-mesher first, or give --run_colmap or --input_paths");
     }
+    const MeshMemory memory("mesh_comparer", {Largest(candidates), options_.ground_truth_path},
+                            kMemory, options_.scratch_path, context_);
     LoadTruth();
     images_ = MakeImageStore(scene_, {});
     key_photo_ = MostRevealingView(scene_);
@@ -169,6 +174,18 @@ class Comparison {
       report_.missing.emplace_back(
           mesher.title, mesher.file + " is not there; --run_colmap makes it where COLMAP can");
     }
+  }
+
+  // One mesh after the other is held.
+  static fs::path Largest(const std::vector<Candidate>& candidates) {
+    const auto size = [](const Candidate& candidate) {
+      std::error_code error;
+      const auto bytes = fs::file_size(candidate.path, error);
+      return error ? 0 : bytes;
+    };
+    return std::max_element(candidates.begin(), candidates.end(),
+                            [&](const auto& a, const auto& b) { return size(a) < size(b); })
+        ->path;
   }
 
   void LoadTruth() {
@@ -416,6 +433,7 @@ void ComparisonOptions::Describe(OptionSet* options) {
                {16, 16384});
   options->Add("picture_width", &picture_width, "Width of the pictures beside the page, pixels.",
                {16, 16384});
+  DescribeMeshScratch(&scratch_path, options);
   surface.Describe(options);
   depth.Describe(options);
   photo.Describe(options);

@@ -19,6 +19,9 @@ struct ComparisonOptions {
   std::string input_paths;
   // Folder of the report; empty: lsmvs/report in the workspace.
   std::string output_path;
+  // Folder of the scratch file of meshes that do not fit into memory; empty: the system's for
+  // temporary files.
+  std::string scratch_path;
   // Title of the page; empty: made from the workspace's name.
   std::string title;
   // Photos that the photometric score is measured on, separated by commas; empty: all.

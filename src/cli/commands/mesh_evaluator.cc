@@ -8,6 +8,7 @@
 
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
+#include "lsmvs/cli/mesh_memory.h"
 #include "lsmvs/evaluation/error_colors.h"
 #include "lsmvs/evaluation/evaluation_text.h"
 #include "lsmvs/mesh/textured_ply.h"
@@ -17,6 +18,8 @@
 namespace lsmvs {
 
 namespace {
+
+constexpr MeshMemoryModel kMemory = {.all = 150, .in_memory = 100};
 
 class MeshEvaluator : public Command {
  public:
@@ -70,6 +73,7 @@ class MeshEvaluator : public Command {
     options->Add(
         "error_path", &error_path_,
         "Write the mesh with its errors as vertex colours, dark right, yellow wrong (PLY)");
+    DescribeMeshScratch(&scratch_path_, options);
     surface_.Describe(options);
     depth_.Describe(options);
     photo_.Describe(options);
@@ -78,6 +82,8 @@ class MeshEvaluator : public Command {
 
   void Run(const CommandContext& context) override {
     CheckOptions();
+    const MeshMemory memory("mesh_evaluator", {input_path_, ground_truth_path_}, kMemory,
+                            scratch_path_, context);
     if (!workspace_path_.empty()) {
       scene_ = LoadSceneToEvaluate(workspace_path_, Photometric() || texture_);
     }
@@ -222,8 +228,8 @@ class MeshEvaluator : public Command {
     fmt::print("{}", ToTable(figures_));
   }
 
-  std::string input_path_, ground_truth_path_, workspace_path_, view_names_, json_path_,
-      error_path_;
+  std::string scratch_path_, input_path_, ground_truth_path_, workspace_path_, view_names_,
+      json_path_, error_path_;
   bool photometric_ = false, texture_ = false;
   int view_step_ = 1;
   SurfaceEvaluationOptions surface_;

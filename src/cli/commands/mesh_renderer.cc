@@ -8,6 +8,7 @@
 
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
+#include "lsmvs/cli/mesh_memory.h"
 #include "lsmvs/image/image_codec.h"
 #include "lsmvs/mesh/textured_ply.h"
 #include "lsmvs/util/error.h"
@@ -15,6 +16,8 @@
 namespace lsmvs {
 
 namespace {
+
+constexpr MeshMemoryModel kMemory = {.all = 150, .in_memory = 100};
 
 class MeshRendererCommand : public Command {
  public:
@@ -55,10 +58,12 @@ class MeshRendererCommand : public Command {
     options->Add("num_frames", &num_frames_, "Pictures of a full turn", {1, 10000});
     options->Add("width", &width_, "Of the picture in pixels", {1, 16384});
     options->Add("height", &height_, "Of a turntable's picture in pixels", {1, 16384});
+    DescribeMeshScratch(&scratch_path_, options);
     render_.Describe(options);
   }
 
   void Run(const CommandContext& context) override {
+    const MeshMemory memory("mesh_renderer", {input_path_}, kMemory, scratch_path_, context);
     if (!workspace_path_.empty()) scene_ = LoadSceneToEvaluate(workspace_path_, false);
     if (!scene_ && !view_name_.empty()) throw UsageError("--view_name needs --workspace_path");
     const Eigen::Vector3d offset = scene_ ? scene_->world_offset : Eigen::Vector3d::Zero();
@@ -113,7 +118,7 @@ class MeshRendererCommand : public Command {
     return path.string();
   }
 
-  std::string input_path_, output_path_, workspace_path_, view_name_, up_;
+  std::string scratch_path_, input_path_, output_path_, workspace_path_, view_name_, up_;
   bool turntable_ = false;
   double azimuth_ = 0, elevation_ = 20, fit_share_ = 0.98;
   int num_frames_ = 1, width_ = 1280, height_ = 960;

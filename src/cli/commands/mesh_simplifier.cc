@@ -7,6 +7,7 @@
 
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
+#include "lsmvs/cli/mesh_memory.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/colmap_adapter/fused_cloud.h"
 #include "lsmvs/mesh/ply.h"
@@ -37,6 +38,8 @@ PointViews TakeViews(const PointViews& views, const std::vector<int>& points) {
   }
   return taken;
 }
+
+constexpr MeshMemoryModel kMemory = {.all = 310, .in_memory = 0};
 
 class MeshSimplifier : public Command {
  public:
@@ -72,11 +75,13 @@ class MeshSimplifier : public Command {
                  "Largest distance between the surfaces, in pixels with --workspace_path, else in "
                  "the unit of the file.",
                  {0.0, 1e30});
+    DescribeMeshScratch(&scratch_path_, options);
     options_.Describe(options);
   }
 
   void Run(const CommandContext& context) override {
     CheckOptions();
+    const MeshMemory memory("mesh_simplifier", {input_path_}, kMemory, scratch_path_, context);
     if (!workspace_path_.empty()) scene_ = LoadSceneToEvaluate(workspace_path_, false);
     ReadMesh();
     const std::optional<PointViews> views = ReadViews();
@@ -145,7 +150,7 @@ class MeshSimplifier : public Command {
     WriteVisibility(vis_path, taken.begin, taken.view_idxs);
   }
 
-  std::string input_path_, output_path_, workspace_path_;
+  std::string scratch_path_, input_path_, output_path_, workspace_path_;
   bool overwrite_ = false;
   std::optional<double> max_error_;
   BoundedSimplificationOptions options_;
