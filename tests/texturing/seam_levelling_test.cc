@@ -126,6 +126,18 @@ TEST_F(TwoPhotos, SmallIslandsJoinThePhotoAround) {
   EXPECT_EQ(slots, slots_);
 }
 
+// An island that the photo around does not show as a whole: what it shows joins it.
+TEST_F(TwoPhotos, FacesOfIslandsJoinWhatShowsThem) {
+  ViewSlots slots = slots_;
+  slots[2] = slots[3] = 1 - slots_[2];
+  const int island_view = Energy().ViewOf(slots, 2);
+  candidates_.Filter(2, [&](size_t k) { return candidates_.Of(2)[k].view_idx == island_view; });
+  slots[2] = 0;
+  EXPECT_EQ(AbsorbIslands(Energy(), 5.0, &slots), 0u);
+  EXPECT_EQ(slots[2], 0);
+  EXPECT_EQ(slots[3], slots_[3]);
+}
+
 TEST_F(TwoPhotos, ColoursSpreadHarmonicallyOverWhatNobodySees) {
   std::vector<int32_t> views = views_;
   for (size_t f = 0; f < views.size(); ++f) {
