@@ -107,7 +107,9 @@ TEST_F(TwoPhotos, ThePhotoThatSeesBothSidesIsShownAtTheSeam) {
   size_t num_at_seam = 0;
   for (size_t v = 0; v < mesh_.vertices.size(); ++v) {
     const double from_seam = mesh_.vertices[v].x() - (kSide - 1) / 2.0;
-    if (from_seam < 0) EXPECT_TRUE(fades.Of(v).empty());
+    if (from_seam < 0) {
+      EXPECT_TRUE(fades.Of(v).empty());
+    }
     if (from_seam != 0) continue;
     ASSERT_EQ(fades.Of(v).size(), 1u);
     EXPECT_EQ(fades.Of(v)[0].view_idx, 0);

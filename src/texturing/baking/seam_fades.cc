@@ -4,6 +4,8 @@
 #include <queue>
 #include <tuple>
 
+#include "lsmvs/texturing/levelling/by_vertex.h"
+
 namespace lsmvs {
 
 namespace {
@@ -13,23 +15,6 @@ constexpr float kMaxDifference = 16;  // grey levels
 constexpr float kNarrow = 0.25f;
 // A photo takes part where its quality is at least this part of that of the face's own.
 constexpr float kLeastQuality = 0.15f;
-
-// Positions of what belongs to each vertex.
-struct ByVertex {
-  std::vector<uint32_t> begin, items;
-
-  template <class VertexOf>
-  ByVertex(size_t num_vertices, size_t num_items, const VertexOf& vertex_of)
-      : begin(num_vertices + 1, 0), items(num_items) {
-    for (size_t i = 0; i < num_items; ++i) ++begin[vertex_of(i) + 1];
-    for (size_t v = 0; v < num_vertices; ++v) begin[v + 1] += begin[v];
-    std::vector<uint32_t> end(begin.begin(), begin.end() - 1);
-    for (uint32_t i = 0; i < num_items; ++i) items[end[vertex_of(i)]++] = i;
-  }
-  std::span<const uint32_t> Of(size_t v) const {
-    return {items.data() + begin[v], begin[v + 1] - begin[v]};
-  }
-};
 
 // A photo at a vertex, at a distance from its own faces.
 struct Reach {
