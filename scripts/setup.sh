@@ -22,6 +22,7 @@ build_packages=(
   libhwy-dev         # SIMD chosen at run time
   libembree-dev      # ray casting: evaluation, rendering
   libnanoflann-dev   # nearest neighbours
+  libmeshoptimizer-dev # compresses GLB files
   libstb-dev         # packs charts on texture pages
   zlib1g-dev         # packs the comparison page's meshes
   colmap             # undistorts, makes sparse models

@@ -1,9 +1,11 @@
 #include "lsmvs/evaluation/atlas_figures.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "lsmvs/mesh/face_sides.h"
@@ -21,7 +23,8 @@ struct Side {
   int face, chart;
   Eigen::Vector2f x_px, inward;  // on the seam; unit length
   Eigen::Vector3f color = Eigen::Vector3f::Zero();
-  float inner_step = -1;  // below 0: the chart is too narrow there
+  bool is_inside = false;  // whether the texel next to the seam is the chart's own
+  float inner_step = -1;   // below 0: the chart is too narrow there
 };
 
 // Calls visit(column, row) for the texels whose centres lie in a triangle.
@@ -49,8 +52,12 @@ void ForTexelsInside(const std::array<Eigen::Vector2f, 3>& t, int width, int hei
 
 class AtlasMeter {
  public:
-  explicit AtlasMeter(const TexturePages& pages)
-      : pages_(pages), textured_(pages.textured()), charts_(FindTextureCharts(textured_)) {}
+  AtlasMeter(const TexturePages& pages, const SeamPhotos* photos, const RunContext& context)
+      : pages_(pages),
+        textured_(pages.textured()),
+        photos_(photos),
+        context_(context),
+        charts_(FindTextureCharts(textured_)) {}
 
   AtlasFigures Measure() {
     FindSeams();
@@ -147,31 +154,77 @@ class AtlasMeter {
       if (!chart_at.Inside(texel.x(), texel.y()) || chart_at(texel.x(), texel.y()) != side->chart) {
         return;
       }
+      side->is_inside = true;
     }
     side->inner_step =
         (SampleColor(page, at(kInnerBegin)) - SampleColor(page, at(kInnerEnd))).cwiseAbs().mean();
   }
 
-  // Only where at least one side tells what the texture does by itself.
-  void CompareSides() {
-    double seam = 0, inner = 0;
+  // Samples of which at least one side tells what the texture does by itself.
+  std::vector<size_t> FirstSidesOfSamples() const {
+    std::vector<size_t> samples;
     for (size_t i = 0; i + 1 < sides_.size(); i += 2) {
       const Side &a = sides_[i], &b = sides_[i + 1];
+      if (!a.is_inside || !b.is_inside) continue;
+      if (a.inner_step >= 0 || b.inner_step >= 0) samples.push_back(i);
+    }
+    return samples;
+  }
+
+  // The point of the surface that the texel next to the seam shows, on the plane of the face.
+  Eigen::Vector3d PointBeside(const Side& side) const {
+    const auto& t = textured_.texcoords[static_cast<size_t>(side.face)];
+    Eigen::Matrix2f edges;
+    edges << t[1] - t[0], t[2] - t[0];
+    const Eigen::Vector2f x = side.x_px + kSeamTexels * side.inward - t[0];
+    Eigen::Vector2f weights = Eigen::Vector2f::Constant(1.0f / 3);
+    if (edges.determinant() != 0) weights = edges.inverse() * x;
+    const Eigen::Vector3i& f = textured_.mesh.faces[side.face];
+    const auto& v = textured_.mesh.vertices;
+    return v[f[0]] + static_cast<double>(weights[0]) * (v[f[1]] - v[f[0]]) +
+           static_cast<double>(weights[1]) * (v[f[2]] - v[f[0]]);
+  }
+
+  // Of each sample; all without photos count as seen.
+  std::vector<std::optional<float>> PhotoSteps(const std::vector<size_t>& samples) const {
+    if (photos_ == nullptr) return std::vector<std::optional<float>>(samples.size(), 0.0f);
+    std::vector<PointPair> pairs;
+    for (const size_t i : samples) {
+      const Side &a = sides_[i], &b = sides_[i + 1];
+      pairs.push_back({PointBeside(a), PointBeside(b),
+                       FaceNormalTimesTwiceArea(textured_.mesh, static_cast<size_t>(a.face)),
+                       FaceNormalTimesTwiceArea(textured_.mesh, static_cast<size_t>(b.face))});
+    }
+    return MeasurePhotoSteps(pairs, *photos_, context_);
+  }
+
+  void CompareSides() {
+    const std::vector<size_t> samples = FirstSidesOfSamples();
+    const std::vector<std::optional<float>> photo_steps = PhotoSteps(samples);
+    double seam = 0, inner = 0, photo = 0;
+    for (size_t s = 0; s < samples.size(); ++s) {
+      if (!photo_steps[s]) continue;
+      const Side &a = sides_[samples[s]], &b = sides_[samples[s] + 1];
       const int num_inner = (a.inner_step >= 0) + (b.inner_step >= 0);
-      if (num_inner == 0) continue;
       seam += (a.color - b.color).cwiseAbs().mean();
       inner += (std::max(0.0f, a.inner_step) + std::max(0.0f, b.inner_step)) /
                static_cast<float>(num_inner);
+      photo += *photo_steps[s];
       ++figures_.num_seam_samples;
     }
     if (figures_.num_seam_samples == 0) return;
-    figures_.seam_step = seam / static_cast<double>(figures_.num_seam_samples);
-    figures_.inner_step = inner / static_cast<double>(figures_.num_seam_samples);
+    const auto n = static_cast<double>(figures_.num_seam_samples);
+    figures_.seam_step = seam / n;
+    figures_.inner_step = inner / n;
     figures_.seam_ratio = inner > 0 ? seam / inner : 0;
+    figures_.photo_step = photo / n;
+    figures_.photo_ratio = photo > 0 ? seam / photo : 0;
   }
 
   const TexturePages& pages_;
   const TexturedMesh& textured_;
+  const SeamPhotos* photos_;
+  const RunContext& context_;
   const TextureCharts charts_;
   std::vector<Side> sides_;  // two after each other are the sides of one sample
   AtlasFigures figures_;
@@ -179,6 +232,9 @@ class AtlasMeter {
 
 }  // namespace
 
-AtlasFigures MeasureAtlas(const TexturePages& pages) { return AtlasMeter(pages).Measure(); }
+AtlasFigures MeasureAtlas(const TexturePages& pages, const SeamPhotos* photos,
+                          const RunContext& context) {
+  return AtlasMeter(pages, photos, context).Measure();
+}
 
 }  // namespace lsmvs

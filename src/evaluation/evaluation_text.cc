@@ -134,7 +134,9 @@ Json AtlasJson(const AtlasFigures& a) {
           {"seam_samples", a.num_seam_samples},
           {"seam_step", a.seam_step},
           {"inner_step", a.inner_step},
-          {"seam_ratio", a.seam_ratio}};
+          {"seam_ratio", a.seam_ratio},
+          {"photo_step", a.photo_step},
+          {"photo_ratio", a.photo_ratio}};
 }
 
 template <class View>
@@ -238,6 +240,8 @@ std::string AtlasTable(const AtlasFigures& a) {
     text +=
         fmt::format("  seams: step {:.2f} grey levels, {:.2f} inside; ratio {:.3f} ({} samples)\n",
                     a.seam_step, a.inner_step, a.seam_ratio, a.num_seam_samples);
+    text += fmt::format("  a photo shows {:.2f} between the same points; ratio {:.3f}\n",
+                        a.photo_step, a.photo_ratio);
   }
   return text;
 }

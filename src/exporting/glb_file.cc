@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "lsmvs/exporting/glb_compression.h"
+#include "lsmvs/exporting/linear_color.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
@@ -21,12 +22,6 @@ constexpr int kUint16 = 5123, kUint32 = 5125, kFloat = 5126;
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 constexpr int kLinear = 9729, kLinearMipmapLinear = 9987, kClampToEdge = 33071;
 
-uint16_t LinearShort(uint8_t srgb) {
-  const double s = srgb / 255.0;
-  const double linear = s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-  return static_cast<uint16_t>(std::lround(65535 * linear));
-}
-
 template <class Vector>
 Json Array(const Vector& vector) {
   Json array = Json::array();
@@ -37,10 +32,19 @@ Json Array(const Vector& vector) {
 // Lays the binary chunk out and describes it; then writes both.
 class GlbWriter {
  public:
-  explicit GlbWriter(const GlbModel& model) : model_(model) { Describe(); }
+  explicit GlbWriter(const GlbModel& model) : model_(model) {
+    if (model.compress) grid_ = FindPositionGrid(model.parts);
+    Describe();
+  }
 
   void Write(const std::filesystem::path& path) {
     json_["buffers"] = Json::array({{{"byteLength", offset_}}});
+    if (model_.compress) {
+      // What readers decode to; it is in no file.
+      json_["buffers"].push_back(
+          {{"byteLength", decoded_bytes_},
+           {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
+    }
     std::string json = json_.dump();
     json.resize((json.size() + 3) / 4 * 4, ' ');
     const uint64_t total = 12 + 8 + json.size() + 8 + offset_;
@@ -56,7 +60,13 @@ class GlbWriter {
     file.Write("JSON" + json);
     file.WriteValue(static_cast<uint32_t>(offset_));
     file.Write(std::string_view("BIN\0", 4));
-    for (const GlbPart& part : model_.parts) WritePart(part, &file);
+    for (const std::vector<uint8_t>& block : compressed_) {
+      file.Write(block.data(), block.size());
+      Pad(block.size(), &file);
+    }
+    if (!model_.compress) {
+      for (const GlbPart& part : model_.parts) WritePart(part, &file);
+    }
     for (const EncodedImage& image : model_.images) WriteImage(image, &file);
     file.Commit();
   }
@@ -64,19 +74,25 @@ class GlbWriter {
  private:
   void Describe() {
     json_["asset"] = {{"version", "2.0"}, {"generator", "lsmvs"}};
-    Json extensions = Json::array({"KHR_materials_unlit"});
+    Json required = Json::array();
     bool has_webp = false;
     for (const EncodedImage& image : model_.images) has_webp |= image.mime_type == "image/webp";
-    if (has_webp) extensions.push_back("EXT_texture_webp");
-    json_["extensionsUsed"] = extensions;
-    if (has_webp) json_["extensionsRequired"] = Json::array({"EXT_texture_webp"});
+    if (has_webp) required.push_back("EXT_texture_webp");
+    if (model_.compress) {
+      required.push_back("EXT_meshopt_compression");
+      required.push_back("KHR_mesh_quantization");
+    }
+    json_["extensionsUsed"] = Json::array({"KHR_materials_unlit"});
+    for (const Json& name : required) json_["extensionsUsed"].push_back(name);
+    if (!required.empty()) json_["extensionsRequired"] = required;
     json_["scene"] = 0;
     json_["scenes"] = Json::array({{{"nodes", Json::array({0})}}});
     if (!model_.offset.isZero(0.0)) json_["scenes"][0]["extras"]["offset"] = Array(model_.offset);
     json_["nodes"] = Json::array({Node()});
     json_["meshes"] = Json::array({{{"primitives", Json::array()}}});
     for (const GlbPart& part : model_.parts) {
-      const Json primitive = Primitive(part);  // first: it moves what json_ holds
+      // First: it moves what json_ holds.
+      const Json primitive = model_.compress ? CompressedPrimitive(part) : Primitive(part);
       json_["meshes"][0]["primitives"].push_back(primitive);
       json_["materials"].push_back(Material(part));
     }
@@ -88,7 +104,12 @@ class GlbWriter {
     if (model_.rotation.coeffs() != Eigen::Quaterniond::Identity().coeffs()) {
       node["rotation"] = Array(model_.rotation.normalized().coeffs());  // x, y, z, w
     }
-    if (!model_.translation.isZero(0.0)) node["translation"] = Array(model_.translation);
+    Eigen::Vector3d translation = model_.translation;
+    if (model_.compress) {
+      translation += model_.rotation.normalized() * grid_.low;
+      node["scale"] = Array(Eigen::Vector3d(Eigen::Vector3d::Constant(grid_.step)));
+    }
+    if (!translation.isZero(0.0)) node["translation"] = Array(translation);
     return node;
   }
 
@@ -121,6 +142,55 @@ class GlbWriter {
     return {{"attributes", attributes},
             {"indices", indices},
             {"material", json_.contains("materials") ? json_["materials"].size() : 0}};
+  }
+
+  Json CompressedPrimitive(const GlbPart& part) {
+    LSMVS_CHECK(!part.positions.empty() && !part.faces.empty());
+    CompressedPart made = CompressPart(part, grid_);
+    Json attributes;
+    attributes["POSITION"] = AddCompressed(kUint16, "VEC3", made.num_vertices,
+                                           CompressedPart::kPositionBytes, &made.positions);
+    json_["accessors"].back()["min"] = Array(made.low);
+    json_["accessors"].back()["max"] = Array(made.high);
+    if (!made.uv.empty()) {
+      attributes["TEXCOORD_0"] =
+          AddCompressed(kUint16, "VEC2", made.num_vertices, CompressedPart::kUvBytes, &made.uv);
+      json_["accessors"].back()["normalized"] = true;
+    }
+    if (!made.colors.empty()) {
+      attributes["COLOR_0"] = AddCompressed(kUint16, "VEC4", made.num_vertices,
+                                            CompressedPart::kColorBytes, &made.colors);
+      json_["accessors"].back()["normalized"] = true;
+    }
+    const int indices = AddCompressed(made.index_bytes == 2 ? kUint16 : kUint32, "SCALAR",
+                                      made.num_indices, made.index_bytes, &made.indices);
+    return {{"attributes", attributes},
+            {"indices", indices},
+            {"material", json_.contains("materials") ? json_["materials"].size() : 0}};
+  }
+
+  int AddCompressed(int type, const char* shape, size_t count, size_t bytes_each,
+                    std::vector<uint8_t>* bytes) {
+    const bool are_indices = std::string_view(shape) == "SCALAR";
+    Json view = {{"buffer", 1}, {"byteOffset", decoded_bytes_}, {"byteLength", count * bytes_each}};
+    if (!are_indices) view["byteStride"] = bytes_each;
+    view["target"] = are_indices ? kElementArrayBuffer : kArrayBuffer;
+    view["extensions"]["EXT_meshopt_compression"] = {
+        {"buffer", 0},
+        {"byteOffset", offset_},
+        {"byteLength", bytes->size()},
+        {"byteStride", bytes_each},
+        {"count", count},
+        {"mode", are_indices ? "TRIANGLES" : "ATTRIBUTES"}};
+    json_["bufferViews"].push_back(std::move(view));
+    json_["accessors"].push_back({{"bufferView", json_["bufferViews"].size() - 1},
+                                  {"componentType", type},
+                                  {"count", count},
+                                  {"type", shape}});
+    offset_ += Padded(bytes->size());
+    decoded_bytes_ += Padded(count * bytes_each);
+    compressed_.push_back(std::move(*bytes));
+    return static_cast<int>(json_["accessors"].size()) - 1;
   }
 
   // 65,535 itself would restart a strip.
@@ -208,6 +278,9 @@ class GlbWriter {
   const GlbModel& model_;
   Json json_;
   uint64_t offset_ = 0;  // bytes of the binary chunk so far
+  PositionGrid grid_;
+  std::vector<std::vector<uint8_t>> compressed_;  // blocks of the binary chunk, in order
+  uint64_t decoded_bytes_ = 0;
 };
 
 }  // namespace

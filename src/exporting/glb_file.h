@@ -31,6 +31,10 @@ struct GlbModel {
   // What was subtracted from the world's coordinates; written as the scene's extras.offset unless
   // it is zero.
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  // Quantise to 16 bits (positions: of the longest side of the model's box; texture coordinates: of
+  // a page) and compress for EXT_meshopt_compression and KHR_mesh_quantization, which a reader
+  // needs then: about a quarter of the bytes, without the textures.
+  bool compress = false;
 };
 
 // Writes the model with unlit materials (KHR_materials_unlit): the colours are those of the photos.

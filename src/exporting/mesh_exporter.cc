@@ -102,8 +102,9 @@ void ExportObj(const fs::path& path, const TexturedMesh& textured,
 }
 
 void ExportGlb(const fs::path& path, const TexturedMesh& textured,
-               const ExportDirections& directions, const TextureEncoding& encoding) {
+               const ExportDirections& directions, const TextureEncoding& encoding, bool compress) {
   GlbModel model;
+  model.compress = compress;
   model.offset = ExportOffset(textured.mesh);
   model.rotation = Eigen::Quaterniond(YUpFromWorld(directions));
   for (const PagePart& part : SplitByPage(textured)) {

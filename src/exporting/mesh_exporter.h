@@ -24,13 +24,15 @@ std::vector<std::filesystem::path> GlbExportFiles(const std::filesystem::path& p
 
 // Each writes a mesh with its texture or its vertex colours; the mesh has faces and finite
 // vertices. PLY: as WriteTexturedPly, coordinates in the world (double where single precision would
-// lose them). OBJ: as WriteObj. GLB: one file, y up by `directions`. Where coordinates are large,
-// OBJ and GLB hold them minus an offset, which is written as "x y z" to <stem>.offset.txt.
+// lose them). OBJ: as WriteObj. GLB: one file, y up by `directions`, compressed if `compress` says
+// so (GlbModel). Where coordinates are large, OBJ and GLB hold them minus an offset, which is
+// written as "x y z" to <stem>.offset.txt.
 void ExportPly(const std::filesystem::path& path, const TexturedMesh& textured,
                const TextureEncoding& encoding);
 void ExportObj(const std::filesystem::path& path, const TexturedMesh& textured,
                const TextureEncoding& encoding);
 void ExportGlb(const std::filesystem::path& path, const TexturedMesh& textured,
-               const ExportDirections& directions, const TextureEncoding& encoding);
+               const ExportDirections& directions, const TextureEncoding& encoding,
+               bool compress = false);
 
 }  // namespace lsmvs

@@ -143,18 +143,24 @@ class TilesetWriter {
   // From the world to the tileset's frame, of which transform_ leads on.
   Eigen::Vector3d ToTileset(const Eigen::Vector3d& x) const { return rotation_ * x - center_; }
 
-  bool IsBelow(int node, int ancestor) const {
-    while (nodes_[static_cast<size_t>(node)].depth > nodes_[static_cast<size_t>(ancestor)].depth) {
-      node = nodes_[static_cast<size_t>(node)].parent;
+  // Nodes come before all nodes below them, and those before all others.
+  int EndOfBranch(int node) const {
+    const int depth = nodes_[static_cast<size_t>(node)].depth;
+    int end = node + 1;
+    while (end < static_cast<int>(nodes_.size()) &&
+           nodes_[static_cast<size_t>(end)].depth > depth) {
+      ++end;
     }
-    return node == ancestor;
+    return end;
   }
 
   // Vertices that faces outside of the node use too.
   std::vector<uint8_t> LockedAt(int node) const {
+    const int end = EndOfBranch(node);
     std::vector<uint8_t> locked(node_of_vertex_.size());
     for (size_t v = 0; v < locked.size(); ++v) {
-      locked[v] = node_of_vertex_[v] >= 0 && !IsBelow(node_of_vertex_[v], node);
+      locked[v] =
+          node_of_vertex_[v] >= 0 && (node_of_vertex_[v] < node || node_of_vertex_[v] >= end);
     }
     return locked;
   }

@@ -25,7 +25,9 @@ void SortStably(Item* items, size_t count, Compare compare) {
 
 namespace lsmvs {
 
-PagePacking PackPage(std::span<const Eigen::Vector2i> sizes, int side) {
+namespace {
+
+PagePacking Pack(std::span<const Eigen::Vector2i> sizes, int side, int heuristic) {
   std::vector<stbrp_rect> rects(sizes.size());
   for (size_t i = 0; i < sizes.size(); ++i) {
     rects[i] = {static_cast<int>(i), sizes[i].x(), sizes[i].y(), 0, 0, 0};
@@ -33,6 +35,7 @@ PagePacking PackPage(std::span<const Eigen::Vector2i> sizes, int side) {
   std::vector<stbrp_node> nodes(static_cast<size_t>(side));
   stbrp_context context;
   stbrp_init_target(&context, side, side, nodes.data(), side);
+  stbrp_setup_heuristic(&context, heuristic);
   PagePacking packing;
   packing.all_fit = stbrp_pack_rects(&context, rects.data(), static_cast<int>(rects.size())) != 0;
   for (const stbrp_rect& rect : rects) {
@@ -40,6 +43,26 @@ PagePacking PackPage(std::span<const Eigen::Vector2i> sizes, int side) {
     packing.fits.push_back(rect.was_packed != 0);
   }
   return packing;
+}
+
+int64_t PackedArea(std::span<const Eigen::Vector2i> sizes, const PagePacking& packing) {
+  int64_t area = 0;
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    if (packing.fits[i] != 0) area += int64_t{sizes[i].x()} * sizes[i].y();
+  }
+  return area;
+}
+
+}  // namespace
+
+// Neither heuristic is better on all inputs.
+PagePacking PackPage(std::span<const Eigen::Vector2i> sizes, int side) {
+  PagePacking best_fit = Pack(sizes, side, STBRP_HEURISTIC_Skyline_BF_sortHeight);
+  if (best_fit.all_fit) return best_fit;
+  PagePacking bottom_left = Pack(sizes, side, STBRP_HEURISTIC_Skyline_BL_sortHeight);
+  const bool is_better =
+      bottom_left.all_fit || PackedArea(sizes, bottom_left) > PackedArea(sizes, best_fit);
+  return is_better ? bottom_left : best_fit;
 }
 
 }  // namespace lsmvs

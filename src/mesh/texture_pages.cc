@@ -2,14 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "lsmvs/image/image_codec.h"
+#include "lsmvs/util/error.h"
 
 namespace lsmvs {
 
 namespace {
 
 size_t BytesOf(const ColorImage& image) { return image.size() * sizeof(Color); }
+
+// Not std::filesystem's, which throws where there is no such folder.
+std::filesystem::path TemporaryFolder() {
+  const char* folder = std::getenv("TMPDIR");
+  return folder != nullptr && *folder != '\0' ? folder : "/tmp";
+}
 
 }  // namespace
 
@@ -18,14 +26,55 @@ TexturePages::TexturePages(const TexturedMesh& textured, size_t budget_bytes)
 
 std::shared_ptr<const ColorImage> TexturePages::Page(size_t page) const {
   const std::lock_guard<std::mutex> lock(mutex_);
+  return Hold(page);
+}
+
+Eigen::Vector2i TexturePages::PageSize(size_t page) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (entries_[page].size.x() == 0) Hold(page);
+  return entries_[page].size;
+}
+
+void TexturePages::CopyBlock(size_t page, const Eigen::Vector2i& corner,
+                             const Eigen::Vector2i& size, const Eigen::Vector2i& target,
+                             ColorImage* out) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const Entry& entry = entries_[page];
+  if (!entry.image && !entry.offset) Hold(page);
+  const auto width = static_cast<size_t>(size.x());
+  for (int row = 0; row < size.y(); ++row) {
+    Color* to = out->Row(target.y() + row) + target.x();
+    const int y = corner.y() + row;
+    if (entry.image) {
+      std::copy_n(entry.image->Row(y) + corner.x(), width, to);
+    } else {
+      const auto index = static_cast<uint64_t>(y) * static_cast<uint64_t>(entry.size.x()) +
+                         static_cast<uint64_t>(corner.x());
+      file_->Read(*entry.offset + index * sizeof(Color), to, width * sizeof(Color));
+    }
+  }
+}
+
+std::shared_ptr<const ColorImage> TexturePages::Hold(size_t page) const {
   Entry& entry = entries_[page];
   if (!entry.image) {
-    entry.image = std::make_shared<const ColorImage>(ReadColors(textured_.pages[page]));
+    entry.image = std::make_shared<const ColorImage>(Load(entry, page));
+    entry.size = {entry.image->width, entry.image->height};
     held_bytes_ += BytesOf(*entry.image);
     Evict(page);
   }
   entry.last_use = ++clock_;
   return entry.image;
+}
+
+ColorImage TexturePages::Load(const Entry& entry, size_t page) const {
+  if (!entry.offset) {
+    ++num_decoded_;
+    return ReadColors(textured_.pages[page]);
+  }
+  ColorImage image(entry.size.x(), entry.size.y());
+  file_->Read(*entry.offset, image.pixels.data(), BytesOf(image));
+  return image;
 }
 
 void TexturePages::Evict(size_t kept) const {
@@ -36,9 +85,23 @@ void TexturePages::Evict(size_t kept) const {
       if (oldest == nullptr || entries_[p].last_use < oldest->last_use) oldest = &entries_[p];
     }
     if (oldest == nullptr) return;
+    PutAside(oldest);
     held_bytes_ -= BytesOf(*oldest->image);
     oldest->image.reset();
   }
+}
+
+void TexturePages::PutAside(Entry* entry) const {
+  if (entry->offset || has_no_room_) return;
+  try {
+    if (!file_) file_ = std::make_unique<UnnamedFile>(TemporaryFolder());
+    file_->Write(file_end_, entry->image->pixels.data(), BytesOf(*entry->image));
+  } catch (const FileSystemError&) {
+    has_no_room_ = true;
+    return;
+  }
+  entry->offset = file_end_;
+  file_end_ += BytesOf(*entry->image);
 }
 
 Eigen::Vector2f TexturePages::FilePixel(size_t face, const Eigen::Vector2f& barycentric,

@@ -112,7 +112,7 @@ class MeshTexturer {
       appearance_.offsets = LevelSeams(energy_, appearance_.nodes, pairs, {});
     }
     appearance_.fades =
-        FindSeamFades(energy_, appearance_.nodes, pairs, appearance_.offsets, options_.fade_width);
+        FindSeamFades(energy_, appearance_.nodes, appearance_.offsets, options_.fade_width);
     if (result_.num_faces_unseen == 0) return;
     if (options_.unseen == UnseenFaces::kFill) {
       appearance_.fill_colors =

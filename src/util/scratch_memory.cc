@@ -20,6 +20,7 @@
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
 #include "lsmvs/util/periodic_thread.h"
+#include "lsmvs/util/unnamed_file.h"
 
 namespace lsmvs {
 
@@ -55,19 +56,6 @@ enum class ChunkState : uint8_t {
     if (::write(STDERR_FILENO, text, std::strlen(text)) < 0) break;
   }
   ::_exit(static_cast<int>(ExitCode::kFileSystem));
-}
-
-// A file without a name in `folder`.
-int OpenUnnamedFile(const std::filesystem::path& folder) {
-#ifdef O_TMPFILE
-  const int file = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-  if (file >= 0) return file;
-#endif
-  std::string name = (folder / "lsmvs-scratch-XXXXXX").string();
-  const int named = ::mkostemp(name.data(), O_CLOEXEC);
-  if (named < 0) throw FileSystemError(folder.string(), "cannot make a scratch file in", errno);
-  ::unlink(name.c_str());
-  return named;
 }
 
 // Reads or writes the whole chunk.

@@ -1,9 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "lsmvs/colmap_adapter/sparse_model_io.h"
 #include "lsmvs/image/image_codec.h"
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/mesh/textured_ply.h"
+#include "lsmvs/synthetic/synthetic_scene.h"
+#include "lsmvs/synthetic/workspace.h"
 #include "program_runner.h"
 #include "small_workspace.h"
 
@@ -81,6 +84,39 @@ TEST(MeshTexturerProgram, IsTheLastStageOfAWholeRun) {
   EXPECT_TRUE(fs::exists(workspace / "textured/texture.png"));
   ExpectError(RunProgram("lsmvs-mesher", {workspace.text(), "--texture", "--to", "stereo_fusion"}),
               2, {"--texture", "--to"});
+}
+
+// Four photos of 480 x 360, or the same under more names.
+void WriteRepeatedPhotos(const fs::path& folder, size_t num_photos) {
+  const RunContext context(2);
+  SyntheticScene scene = MakeScene(ShapeName::kRelief, 4, 480, 360);
+  WriteWorkspace(folder, WorkspaceFormat::kDense, &scene, context);
+  Scene repeated = scene.scene;
+  const size_t num_rendered = repeated.views.size();
+  while (repeated.views.size() < num_photos) {
+    View view = repeated.views[repeated.views.size() % num_rendered];
+    view.image_id = ImageId(static_cast<uint32_t>(repeated.views.size() + 1));
+    const std::string source = view.name;
+    view.name = "again" + std::to_string(repeated.views.size()) + ".png";
+    fs::copy_file(folder / "images" / source, folder / "images" / view.name);
+    repeated.views.push_back(view);
+  }
+  WriteSparseModel(folder / "sparse", MakeSparseModel(repeated));
+}
+
+TEST(MeshTexturerProgram, MemoryHardlyGrowsWithTheNumberOfPhotos) {
+  const TemporaryFolder folder;
+  const auto peak_bytes = [&](size_t num_photos) {
+    const fs::path workspace = folder.path() / std::to_string(num_photos);
+    WriteRepeatedPhotos(workspace, num_photos);
+    const ProgramResult result =
+        RunProgram("lsmvs", {"mesh_texturer", "--workspace_path", workspace.string(),
+                             "--input_path", (workspace / "gt_mesh.ply").string(), "--output_path",
+                             (workspace / "textured").string(), "--num_threads", "2"});
+    ExpectSuccess(result);
+    return static_cast<double>(result.peak_bytes);
+  };
+  EXPECT_LT(peak_bytes(150), peak_bytes(11) + 60e6);
 }
 
 TEST(MeshTexturerProgram, RefusesWhatItCannotUse) {

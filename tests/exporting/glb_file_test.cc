@@ -2,11 +2,18 @@
 
 #include <gtest/gtest.h>
 
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "lsmvs/exporting/mesh_exporter.h"
 #include "lsmvs/exporting_test/textured_blob.h"
@@ -103,6 +110,72 @@ TEST(GlbFile, HoldsEveryFaceWithItsTexture) {
   const Json& rotation = glb.json["nodes"][0]["rotation"];
   EXPECT_NEAR(std::abs(rotation[0].get<double>()), 1, 1e-12);
   EXPECT_NEAR(rotation[3].get<double>(), 0, 1e-12);
+}
+
+// Decoded as the extension says, every face is where it was, to half a step of the grid.
+TEST(GlbFile, CompressedFacesAreThoseOfTheMesh) {
+  const TemporaryFolder folder;
+  AtlasOptions options;
+  options.page_width = 300;
+  options.page_height = 200;
+  const TexturedMesh textured = PaintAtlas(BlobMesh(0.5), BlobColor, folder.path(), options);
+  ExportGlb(folder.path() / "plain.glb", textured, {}, {});
+  ExportGlb(folder.path() / "m.glb", textured, {}, {}, true);
+  const Glb plain(folder.path() / "plain.glb"), glb(folder.path() / "m.glb");
+  const auto decoded = [&](size_t accessor) -> std::vector<uint16_t> {
+    const Json& a = glb.json["accessors"][accessor];
+    const Json& view = glb.json["bufferViews"][a["bufferView"].get<size_t>()];
+    EXPECT_EQ(view["buffer"], 1);
+    const Json& block = view["extensions"]["EXT_meshopt_compression"];
+    EXPECT_EQ(block["buffer"], 0);
+    const auto count = block["count"].get<size_t>(), stride = block["byteStride"].get<size_t>();
+    EXPECT_EQ(view["byteLength"].get<size_t>(), count * stride);
+    std::vector<uint16_t> values(count * stride / 2);
+    const auto* bytes = reinterpret_cast<const unsigned char*>(glb.binary.data()) +
+                        block["byteOffset"].get<size_t>();
+    const auto size = block["byteLength"].get<size_t>();
+    const int code = block["mode"] == "TRIANGLES"
+                         ? meshopt_decodeIndexBuffer(values.data(), count, stride, bytes, size)
+                         : meshopt_decodeVertexBuffer(values.data(), count, stride, bytes, size);
+    EXPECT_EQ(code, 0);
+    return values;
+  };
+  // Corners of a face as one sorted text would be: position and texture coordinates, rounded.
+  using Corner = std::array<long, 5>;
+  using Corners = std::multiset<std::array<Corner, 3>>;
+  const auto add_face = [](std::array<Corner, 3> face, Corners* faces) {
+    std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
+    faces->insert(face);
+  };
+  const Json& node = glb.json["nodes"][0];
+  const double step = node["scale"][0].get<double>();
+  const Json low = node["translation"];  // turned by half about x, as the rotation
+  const Eigen::Vector3d origin(low[0].get<double>(), -low[1].get<double>(), -low[2].get<double>());
+  ASSERT_EQ(glb.json["meshes"][0]["primitives"].size(), textured.pages.size());
+  for (size_t p = 0; p < textured.pages.size(); ++p) {
+    const auto q = decoded(glb.Attribute(p, "POSITION")),
+               uv = decoded(glb.Attribute(p, "TEXCOORD_0"));
+    const auto indices = decoded(glb.Primitive(p)["indices"].get<size_t>());
+    const auto x = plain.Read<Eigen::Vector3f>(plain.Attribute(p, "POSITION"));
+    const auto true_uv = plain.Read<Eigen::Vector2f>(plain.Attribute(p, "TEXCOORD_0"));
+    const auto true_indices = plain.Read<uint16_t>(plain.Primitive(p)["indices"].get<size_t>());
+    ASSERT_EQ(indices.size(), true_indices.size());
+    Corners faces, true_faces;
+    for (size_t i = 0; i < indices.size(); i += 3) {
+      std::array<Corner, 3> face, true_face;
+      for (size_t c = 0; c < 3; ++c) {
+        const size_t v = indices[i + c], w = true_indices[i + c];
+        face[c] = {q[4 * v], q[4 * v + 1], q[4 * v + 2], uv[2 * v], uv[2 * v + 1]};
+        const Eigen::Vector3d grid = (x[w].cast<double>() - origin) / step;
+        true_face[c] = {std::lround(grid.x()), std::lround(grid.y()), std::lround(grid.z()),
+                        std::lround(65535.0 * true_uv[w].x()),
+                        std::lround(65535.0 * true_uv[w].y())};
+      }
+      add_face(face, &faces);
+      add_face(true_face, &true_faces);
+    }
+    EXPECT_EQ(faces, true_faces);
+  }
 }
 
 TEST(GlbFile, BoundsAreExact) {

@@ -48,7 +48,40 @@ TEST(TexturePages, PagesInUseStayAndMissingOnesAreNamed) {
   EXPECT_EQ((*a)(3, 3), Color(1, 0, 0));
   EXPECT_EQ((*b)(3, 3), Color(2, 0, 0));
   std::filesystem::remove(folder.path() / "a.png");
-  EXPECT_THROW(pages.Page(0), InputError);
+  EXPECT_THROW(TexturePages(textured, 0).Page(0), InputError);
+}
+
+TEST(TexturePages, PagesAreDecodedOnceWhateverTheBudget) {
+  const TemporaryFolder folder;
+  TexturedMesh textured;
+  std::vector<ColorImage> truth;
+  for (int p = 0; p < 3; ++p) {
+    ColorImage page(40 + p, 30);
+    for (size_t i = 0; i < page.size(); ++i) {
+      page.pixels[i] =
+          Color(static_cast<uint8_t>(i), static_cast<uint8_t>(7 * i + 1), static_cast<uint8_t>(p));
+    }
+    textured.pages.push_back(folder.path() / (std::to_string(p) + ".png"));
+    WritePng(textured.pages.back(), page);
+    truth.push_back(std::move(page));
+  }
+  for (const size_t budget : {size_t{0}, size_t{8000}, size_t{1} << 30}) {
+    const TexturePages pages(textured, budget);
+    for (const size_t p : {0, 1, 2, 1, 0, 2, 0}) {
+      EXPECT_EQ(pages.PageSize(p), Eigen::Vector2i(truth[p].width, truth[p].height));
+      ColorImage block(20, 20, Color(9, 9, 9));
+      pages.CopyBlock(p, {5, 6}, {10, 9}, {3, 2}, &block);
+      EXPECT_EQ(block(2, 2), Color(9, 9, 9));
+      EXPECT_EQ(block(13, 10), Color(9, 9, 9));
+      for (int y = 0; y < 9; ++y) {
+        for (int x = 0; x < 10; ++x) EXPECT_EQ(block(3 + x, 2 + y), truth[p](5 + x, 6 + y));
+      }
+      if (p == 1) {
+        EXPECT_EQ(pages.Page(p)->pixels, truth[p].pixels);
+      }
+    }
+    EXPECT_EQ(pages.num_decoded(), 3u);
+  }
 }
 
 TEST(TexturePages, SamplingIsBilinearAndClamped) {

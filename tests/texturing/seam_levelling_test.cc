@@ -74,20 +74,49 @@ TEST_F(TwoPhotos, FadeIntoEachOtherNearTheSeam) {
   const LabelEnergy energy = Energy();
   const auto pairs = FindSeamPairs(energy, nodes_);
   const auto offsets = LevelSeams(energy, nodes_, pairs, {});
-  const auto fades = FindSeamFades(energy, nodes_, pairs, offsets, 8.0);
-  for (size_t n = 0; n < nodes_.size(); ++n) {
-    // Two pixels per edge.
-    const double x = mesh_.vertices[static_cast<size_t>(nodes_.vertex[n])].x();
-    const double distance_px = 2 * std::abs(x - (kSide - 1) / 2.0);
-    EXPECT_NEAR(fades[n].weight, std::max(0.0, 0.5 * (1 - distance_px / 8)), 1e-5);
-    if (fades[n].weight == 0) continue;
-    EXPECT_EQ(fades[n].view_idx, 1 - nodes_.label[n]);
+  const auto expect_width = [&](const std::vector<Eigen::Vector3f>& levelling, double width_px) {
+    const SeamFades fades = FindSeamFades(energy, nodes_, levelling, 8.0);
+    for (size_t v = 0; v < mesh_.vertices.size(); ++v) {
+      const double from_seam = mesh_.vertices[v].x() - (kSide - 1) / 2.0;
+      const double nearness =
+          std::max(0.0, 1 - 2 * std::abs(from_seam) / width_px);  // 2 px an edge
+      const double beyond = nearness / (1 + nearness);
+      if (beyond == 0) {
+        EXPECT_TRUE(fades.Of(v).empty());
+        continue;
+      }
+      ASSERT_EQ(fades.Of(v).size(), 2u);
+      for (const PhotoShare& share : fades.Of(v)) {
+        const bool is_own = (share.view_idx == 0) == (from_seam < 0);
+        EXPECT_NEAR(share.weight, is_own ? 1 - beyond : beyond, 1e-5);
+      }
+    }
+  };
+  expect_width(offsets, 8);
+  // Photos that differ much are mixed within a quarter of the width.
+  expect_width(std::vector<Eigen::Vector3f>(nodes_.size(), Eigen::Vector3f::Zero()), 2);
+}
+
+// Where one photo does not show the other side, both sides show the other photo at the seam.
+TEST_F(TwoPhotos, ThePhotoThatSeesBothSidesIsShownAtTheSeam) {
+  for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+    if (views_[f] == 0) candidates_.Filter(f, [](size_t k) { return k == 0; });
   }
-  // What differs too much is not mixed.
   const std::vector<Eigen::Vector3f> level(nodes_.size(), Eigen::Vector3f::Zero());
-  for (const SeamFade& fade : FindSeamFades(energy, nodes_, pairs, level, 8.0)) {
-    EXPECT_EQ(fade.weight, 0);
+  const SeamFades fades = FindSeamFades(Energy(), nodes_, level, 8.0);
+  size_t num_at_seam = 0;
+  for (size_t v = 0; v < mesh_.vertices.size(); ++v) {
+    const double from_seam = mesh_.vertices[v].x() - (kSide - 1) / 2.0;
+    if (from_seam < 0) {
+      EXPECT_TRUE(fades.Of(v).empty());
+    }
+    if (from_seam != 0) continue;
+    ASSERT_EQ(fades.Of(v).size(), 1u);
+    EXPECT_EQ(fades.Of(v)[0].view_idx, 0);
+    EXPECT_EQ(fades.Of(v)[0].weight, 1);
+    ++num_at_seam;
   }
+  EXPECT_EQ(num_at_seam, static_cast<size_t>(kSide));
 }
 
 TEST_F(TwoPhotos, SmallIslandsJoinThePhotoAround) {
@@ -97,6 +126,18 @@ TEST_F(TwoPhotos, SmallIslandsJoinThePhotoAround) {
   EXPECT_NE(slots, slots_);
   EXPECT_EQ(AbsorbIslands(Energy(), 5.0, &slots), 1u);
   EXPECT_EQ(slots, slots_);
+}
+
+// An island that the photo around does not show as a whole: what it shows joins it.
+TEST_F(TwoPhotos, FacesOfIslandsJoinWhatShowsThem) {
+  ViewSlots slots = slots_;
+  slots[2] = slots[3] = 1 - slots_[2];
+  const int island_view = Energy().ViewOf(slots, 2);
+  candidates_.Filter(2, [&](size_t k) { return candidates_.Of(2)[k].view_idx == island_view; });
+  slots[2] = 0;
+  EXPECT_EQ(AbsorbIslands(Energy(), 5.0, &slots), 0u);
+  EXPECT_EQ(slots[2], 0);
+  EXPECT_EQ(slots[3], slots_[3]);
 }
 
 TEST_F(TwoPhotos, ColoursSpreadHarmonicallyOverWhatNobodySees) {

@@ -254,7 +254,10 @@ class Comparison {
   // How well texture or vertex colours show the photos.
   void ScoreColors(const TriangleMesh& mesh, const MeshTracer& tracer, const TexturePages* pages,
                    const RunContext& run, ReportMesh* entry) {
-    if (pages != nullptr) entry->figures.atlas = MeasureAtlas(*pages);
+    if (pages != nullptr) {
+      const SeamPhotos photos = {tracer, scene_, *images_};
+      entry->figures.atlas = MeasureAtlas(*pages, &photos, run);
+    }
     if (pages == nullptr && mesh.vertex_colors.empty()) return;
     TextureScoreOptions options;
     options.level = options_.photo.level;

@@ -193,7 +193,8 @@ class MeshEvaluator : public Command {
     std::optional<TexturePages> pages;
     if (textured_.has_texture()) {
       pages.emplace(textured_, context.run.memory_budget_bytes / 4);
-      figures_.atlas = MeasureAtlas(*pages);
+      const SeamPhotos photos = {*tracer_, *scene_, *images};
+      figures_.atlas = MeasureAtlas(*pages, &photos, context.run);
     }
     figures_.texture = MeasureTextureScore(*tracer_, mesh_, pages ? &*pages : nullptr, *scene_,
                                            *images, ScoredViews(), texture_score_, context.run);

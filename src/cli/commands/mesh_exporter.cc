@@ -68,6 +68,9 @@ class MeshExporter : public Command {
                                      {"jpeg", TextureFormat::kJpeg},
                                      {"webp", TextureFormat::kWebp}});
     options->Add("texture_quality", &encoding_.quality, "Of JPEG and WebP", {1, 100});
+    options->Add("compress", &compress_,
+                 "GLB: 16 bits a coordinate and meshopt compression; readers must know "
+                 "EXT_meshopt_compression, as three.js, Babylon.js and Cesium do");
     options->Add("origin", &origin_,
                  "3DTILES: place on the Earth of the mesh's origin as latitude,longitude,height "
                  "(WGS 84, degrees and metres)");
@@ -104,6 +107,8 @@ class MeshExporter : public Command {
     if (type_ != OutputType::k3dTiles && !origin_.empty()) {
       throw UsageError("--origin is for --output_type 3DTILES");
     }
+    if (type_ != OutputType::kGlb && compress_)
+      throw UsageError("--compress is for --output_type GLB");
     Origin();
   }
 
@@ -140,7 +145,7 @@ class MeshExporter : public Command {
       case OutputType::kObj:
         return ExportObj(output_path_, textured, encoding_);
       case OutputType::kGlb:
-        return ExportGlb(output_path_, textured, Directions(textured.mesh), encoding_);
+        return ExportGlb(output_path_, textured, Directions(textured.mesh), encoding_, compress_);
       case OutputType::k3dTiles:
         const TilesetSummary summary = ExportTileset(
             output_path_, textured, Directions(textured.mesh), Origin(), encoding_, tileset_, run);
@@ -177,7 +182,7 @@ class MeshExporter : public Command {
   OutputType type_ = OutputType::kGlb;
   TextureEncoding encoding_;
   TilesetOptions tileset_;
-  bool overwrite_ = false;
+  bool overwrite_ = false, compress_ = false;
 };
 
 }  // namespace

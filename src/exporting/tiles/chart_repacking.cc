@@ -73,24 +73,12 @@ std::vector<Block> BlocksOfCharts(const TexturedMesh& part, const TextureCharts&
   return blocks;
 }
 
-void CopyBlock(const ColorImage& page, const Block& block, const Eigen::Vector2i& target,
-               ColorImage* out, ByteImage* known) {
-  for (int row = 0; row < block.size.y(); ++row) {
-    const Color* from = page.Row(block.corner.y() + row) + block.corner.x();
-    std::copy_n(from, block.size.x(), out->Row(target.y() + row) + target.x());
-    std::fill_n(known->Row(target.y() + row) + target.x(), block.size.x(), uint8_t{1});
-  }
-}
-
 // Texture coordinates in pixels of the files: pages may have sizes of their own.
 std::vector<Eigen::Vector2i> ToFilePixels(const TexturePages& pages, TexturedMesh* part) {
   std::vector<Eigen::Vector2i> sizes(part->pages.size(), Eigen::Vector2i::Zero());
   for (size_t f = 0; f < part->mesh.faces.size(); ++f) {
     Eigen::Vector2i& size = sizes[part->page_idx[f]];
-    if (size.x() == 0) {
-      const std::shared_ptr<const ColorImage> page = pages.Page(part->page_idx[f]);
-      size = {page->width, page->height};
-    }
+    if (size.x() == 0) size = pages.PageSize(part->page_idx[f]);
     const Eigen::Vector2f stretch = size.cast<float>().cwiseQuotient(
         Eigen::Vector2i(part->page_width, part->page_height).cast<float>());
     for (Eigen::Vector2f& x : part->texcoords[f]) x = x.cwiseProduct(stretch);
@@ -113,8 +101,12 @@ void RepackTexture(const TexturePages& pages, TexturedMesh* part, TileMesh* tile
   std::stable_sort(order.begin(), order.end(),
                    [&](size_t a, size_t b) { return blocks[a].page < blocks[b].page; });
   for (const size_t b : order) {
-    CopyBlock(*pages.Page(static_cast<size_t>(blocks[b].page)), blocks[b], packed.corners[b],
-              &tile->page, &known);
+    const Eigen::Vector2i &size = blocks[b].size, &target = packed.corners[b];
+    pages.CopyBlock(static_cast<size_t>(blocks[b].page), blocks[b].corner, size, target,
+                    &tile->page);
+    for (int row = 0; row < size.y(); ++row) {
+      std::fill_n(known.Row(target.y() + row) + target.x(), size.x(), uint8_t{1});
+    }
   }
   FillHoles(known, &tile->page);
   tile->texcoords = part->texcoords;

@@ -29,7 +29,15 @@ struct Draw {
 // What a photo adds at the corners of a face.
 struct CornerWeights {
   Eigen::Vector3d weight = Eigen::Vector3d::Ones();  // of the photo
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();  // of what is drawn before
   Eigen::Matrix3d offset = Eigen::Matrix3d::Zero();  // columns: corners
+
+  // Part of the photo in the mix with what is drawn before.
+  double Part(const Eigen::Vector3d& barycentric) const {
+    const double own = std::max(0.0, weight.dot(barycentric));
+    const double sum = own + std::max(0.0, before.dot(barycentric));
+    return sum > 0 ? own / sum : 0;
+  }
 };
 
 class PageBaker {
@@ -108,22 +116,22 @@ class PageBaker {
   // The same faces with the photos that are mixed in.
   std::vector<Draw> CollectFades(const std::vector<Draw>& draws) const {
     std::vector<Draw> fades;
+    std::vector<int32_t> views;
     for (const Draw& draw : draws) {
       if (draw.view_idx < 0) continue;
-      std::array<int32_t, 3> views = {-1, -1, -1};
-      for (size_t k = 0; k < 3; ++k) {
-        const SeamFade& fade = FadeAt(draw.face, k);
-        const bool is_new = std::find(views.begin(), views.end(), fade.view_idx) == views.end();
-        if (!(fade.weight > 0) || !is_new) continue;
-        views[k] = fade.view_idx;
-        fades.push_back({fade.view_idx, draw.chart, draw.face, draw.coverage});
+      views.clear();
+      for (const int v : energy_.mesh().faces[draw.face]) {
+        for (const PhotoShare& share : appearance_.fades.Of(static_cast<size_t>(v))) {
+          if (share.view_idx != draw.view_idx) views.push_back(share.view_idx);
+        }
+      }
+      std::sort(views.begin(), views.end());
+      views.erase(std::unique(views.begin(), views.end()), views.end());
+      for (const int32_t view : views) {
+        fades.push_back({view, draw.chart, draw.face, draw.coverage});
       }
     }
     return fades;
-  }
-
-  const SeamFade& FadeAt(size_t face, size_t corner) const {
-    return appearance_.fades[static_cast<size_t>(appearance_.nodes.of_face[face][corner])];
   }
 
   // Photo after photo; charts in parallel, since no two touch the same texel.
@@ -223,9 +231,8 @@ class PageBaker {
       Eigen::Vector3f color = SampleColors(photo, x_px.x(), x_px.y()).cwiseProduct(gain) +
                               (at_corners.offset * b).cast<float>();
       if (is_fade) {
-        const auto weight = static_cast<float>(std::clamp(at_corners.weight.dot(b), 0.0, 0.5));
         const Eigen::Vector3f base = page_.colors.pixels[texel].cast<float>();
-        color = base + weight * (color - base);
+        color = base + static_cast<float>(at_corners.Part(b)) * (color - base);
       }
       page_.colors.pixels[texel] = RoundColor(color);
       page_.coverage.pixels[texel] = draw.coverage;
@@ -242,20 +249,31 @@ class PageBaker {
     return result;
   }
 
-  // Corners that fade to another photo have the mean offset of those that fade to this one.
+  // Photos are drawn in the order of the views, after the face's own. Corners where the photo has
+  // no share have the mean offset of those where it has.
   CornerWeights FadeWeights(size_t face, int32_t view_idx) const {
     CornerWeights result;
+    result.weight.setZero();
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     int count = 0;
-    for (size_t k = 0; k < 3; ++k) {
-      const SeamFade& fade = FadeAt(face, k);
-      const bool fades = fade.view_idx == view_idx && fade.weight > 0;
-      result.weight[static_cast<Eigen::Index>(k)] = fades ? fade.weight : 0.0;
-      if (!fades) continue;
-      mean += fade.offset.cast<double>();
-      ++count;
+    for (int k = 0; k < 3; ++k) {
+      const auto v = static_cast<size_t>(energy_.mesh().faces[face][k]);
+      const auto shares = appearance_.fades.Of(v);
+      if (shares.empty()) result.before[k] = 1;
+      for (const PhotoShare& share : shares) {
+        if (share.view_idx == view_idx) {
+          result.weight[k] = share.weight;
+          result.offset.col(k) = share.offset.cast<double>();
+          mean += result.offset.col(k);
+          ++count;
+        } else if (share.view_idx < view_idx || share.view_idx == appearance_.views[face]) {
+          result.before[k] += share.weight;
+        }
+      }
     }
-    result.offset.colwise() = Eigen::Vector3d(mean / count);
+    for (int k = 0; k < 3; ++k) {
+      if (result.weight[k] == 0) result.offset.col(k) = mean / count;
+    }
     return result;
   }
 

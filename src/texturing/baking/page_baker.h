@@ -16,11 +16,11 @@ namespace lsmvs {
 
 // What the colour of a point of the surface is made of.
 struct SurfaceAppearance {
-  std::span<const int32_t> views;            // #F: the photo of each face, -1: none
-  std::vector<Eigen::Vector3f> gains;        // #views
-  LabelNodes nodes;                          // of `views`
-  std::vector<Eigen::Vector3f> offsets;      // per node
-  std::vector<SeamFade> fades;               // per node
+  std::span<const int32_t> views;        // #F: the photo of each face, -1: none
+  std::vector<Eigen::Vector3f> gains;    // #views
+  LabelNodes nodes;                      // of `views`
+  std::vector<Eigen::Vector3f> offsets;  // per node
+  SeamFades fades;
   std::vector<Eigen::Vector3f> fill_colors;  // #V: of faces without a photo
 };
 
@@ -32,7 +32,8 @@ struct BakedPage {
 
 // Bakes a page: each texel takes the colour that the photo of its face has where it sees the point
 // of the surface that the texel shows (bilinear), times the photo's gain, plus the levelling
-// interpolated over the face, and mixed with the photo beyond the seam near one. At a scale of 1 a
+// interpolated over the face, and mixed with the photos beyond the seam near one, with weights
+// interpolated likewise. At a scale of 1 a
 // texel of a face that faces the camera is a copied pixel. Around a chart go the faces that adjoin
 // it, as far as the chart's photo shows them: what a viewer's filter reaches there is what the
 // other chart shows. The rest of the page is filled by FillHoles. Photos are taken one after the

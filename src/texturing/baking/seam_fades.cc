@@ -1,12 +1,33 @@
 #include "lsmvs/texturing/baking/seam_fades.h"
 
-#include <limits>
+#include <algorithm>
+#include <queue>
+#include <tuple>
+
+#include "lsmvs/texturing/levelling/by_vertex.h"
 
 namespace lsmvs {
 
 namespace {
 
 constexpr float kMaxDifference = 16;  // grey levels
+// Of the width, where photos differ more.
+constexpr float kNarrow = 0.25f;
+// A photo takes part where its quality is at least this part of that of the face's own.
+constexpr float kLeastQuality = 0.15f;
+
+// A photo at a vertex, at a distance from its own faces.
+struct Reach {
+  float distance_px;
+  uint32_t vertex;
+  int32_t view_idx;
+  Eigen::Vector3f offset;
+
+  bool operator>(const Reach& other) const {
+    return std::tie(distance_px, vertex, view_idx) >
+           std::tie(other.distance_px, other.vertex, other.view_idx);
+  }
+};
 
 class FadeFinder {
  public:
@@ -16,97 +37,138 @@ class FadeFinder {
         nodes_(nodes),
         offsets_(offsets),
         width_px_(static_cast<float>(width_px)),
-        distance_px_(nodes.size(), std::numeric_limits<float>::infinity()),
-        fades_(nodes.size()) {}
+        nodes_of_(energy.mesh().vertices.size(), nodes.size(),
+                  [&](size_t n) { return static_cast<size_t>(nodes.vertex[n]); }),
+        corners_of_(energy.mesh().vertices.size(), 3 * energy.mesh().faces.size(),
+                    [&](size_t c) { return VertexOf(c); }),
+        shares_(energy.mesh().vertices.size()) {}
 
-  std::vector<SeamFade> Run(const std::vector<SeamPair>& pairs) {
-    Begin(pairs);
-    while (Spread()) {
+  SeamFades Run() {
+    BeginAtSeams();
+    Spread();
+    SeamFades fades;
+    fades.begin.push_back(0);
+    for (size_t v = 0; v < shares_.size(); ++v) {
+      Finish(v, &shares_[v]);
+      fades.shares.insert(fades.shares.end(), shares_[v].begin(), shares_[v].end());
+      fades.begin.push_back(static_cast<uint32_t>(fades.shares.size()));
     }
-    for (size_t n = 0; n < fades_.size(); ++n) {
-      if (fades_[n].view_idx >= 0) fades_[n].weight = 0.5f * (1 - distance_px_[n] / width_px_);
-    }
-    StopWherePhotosDiffer();
-    return std::move(fades_);
+    return fades;
   }
 
  private:
-  // Where three photos meet, the one with the longest seam counts.
-  void Begin(const std::vector<SeamPair>& pairs) {
-    std::vector<float> longest(nodes_.size(), 0.0f);
-    const auto begin = [&](int32_t node, int32_t beyond, float length_px) {
-      const auto n = static_cast<size_t>(node), other = static_cast<size_t>(beyond);
-      if (length_px <= longest[n]) return;
-      longest[n] = length_px;
-      distance_px_[n] = 0;
-      fades_[n] = {nodes_.label[other], 0, offsets_[other]};
-    };
-    for (const SeamPair& pair : pairs) {
-      begin(pair.first, pair.second, pair.length_px);
-      begin(pair.second, pair.first, pair.length_px);
-    }
-  }
+  struct Fit {
+    bool is_seen, agrees;
+  };
 
-  // Along the edges of all faces; false when nothing comes nearer.
-  bool Spread() {
-    bool any = false;
-    for (size_t f = 0; f < nodes_.of_face.size(); ++f) {
-      const auto& n = nodes_.of_face[f];
-      if (n[0] < 0) continue;
-      for (int side = 0; side < 3; ++side) {
-        const auto a = static_cast<size_t>(n[static_cast<size_t>(side)]);
-        const auto b = static_cast<size_t>(n[static_cast<size_t>((side + 1) % 3)]);
-        if (std::min(distance_px_[a], distance_px_[b]) >= width_px_) continue;
-        const auto length_px = static_cast<float>(energy_.LengthPx(f, side));
-        any |= Step(a, b, length_px);
-        any |= Step(b, a, length_px);
-      }
-    }
-    return any;
+  size_t VertexOf(size_t corner) const {
+    return static_cast<size_t>(energy_.mesh().faces[corner / 3][static_cast<int>(corner % 3)]);
   }
+  bool HasLabel(size_t face) const { return nodes_.of_face[face][0] >= 0; }
 
-  bool Step(size_t from, size_t to, float length_px) {
-    const float distance_px = distance_px_[from] + length_px;
-    if (distance_px >= width_px_ || distance_px >= distance_px_[to]) return false;
-    distance_px_[to] = distance_px;
-    fades_[to] = fades_[from];
-    return true;
-  }
-
-  void StopWherePhotosDiffer() {
-    for (size_t f = 0; f < nodes_.of_face.size(); ++f) {
-      for (const int32_t node : nodes_.of_face[f]) {
-        if (node < 0) continue;
-        SeamFade& fade = fades_[static_cast<size_t>(node)];
-        if (fade.view_idx >= 0 && !Agrees(f, static_cast<size_t>(node), fade)) fade.weight = 0;
+  void BeginAtSeams() {
+    for (size_t v = 0; v < shares_.size(); ++v) {
+      const auto nodes = nodes_of_.Of(v);
+      if (nodes.size() < 2) continue;
+      for (const uint32_t n : nodes) {
+        queue_.push({0, static_cast<uint32_t>(v), nodes_.label[n], offsets_[n]});
       }
     }
   }
 
-  bool Agrees(size_t f, size_t node, const SeamFade& fade) const {
-    const Candidate* own = energy_.candidates().Find(f, nodes_.label[node]);
-    const Candidate* beyond = energy_.candidates().Find(f, fade.view_idx);
-    if (beyond == nullptr) return false;
-    const Eigen::Vector3f difference =
-        own->color.cast<float>() + offsets_[node] - beyond->color.cast<float>() - fade.offset;
-    return difference.cwiseAbs().maxCoeff() <= kMaxDifference;
+  // The nearest first.
+  void Spread() {
+    while (!queue_.empty()) {
+      const Reach reach = queue_.top();
+      queue_.pop();
+      if (HasShare(reach)) continue;
+      const Fit fit = FitAt(reach);
+      if (!fit.is_seen) continue;
+      const float width_px = fit.agrees ? width_px_ : kNarrow * width_px_;
+      if (reach.distance_px >= width_px) continue;
+      shares_[reach.vertex].push_back(
+          {reach.view_idx, 1 - reach.distance_px / width_px, reach.offset});
+      for (const uint32_t c : corners_of_.Of(reach.vertex)) Step(reach, c);
+    }
+  }
+
+  // Along the two edges of a face.
+  void Step(const Reach& from, size_t corner) {
+    const size_t f = corner / 3;
+    if (!HasLabel(f)) return;
+    for (const size_t turn : {1, 2}) {
+      const size_t there = (corner % 3 + turn) % 3;
+      const size_t side = turn == 1 ? corner % 3 : there;
+      Reach next = from;
+      next.vertex = static_cast<uint32_t>(VertexOf(3 * f + there));
+      next.distance_px += static_cast<float>(energy_.LengthPx(f, static_cast<int>(side)));
+      if (next.distance_px < width_px_ && !IsOwn(next)) queue_.push(next);
+    }
+  }
+
+  bool HasShare(const Reach& reach) const {
+    const auto& shares = shares_[reach.vertex];
+    return std::any_of(shares.begin(), shares.end(),
+                       [&](const PhotoShare& s) { return s.view_idx == reach.view_idx; });
+  }
+
+  // Whether a face at the vertex has this label.
+  bool IsOwn(const Reach& reach) const {
+    const auto nodes = nodes_of_.Of(reach.vertex);
+    return std::any_of(nodes.begin(), nodes.end(),
+                       [&](uint32_t n) { return nodes_.label[n] == reach.view_idx; });
+  }
+
+  Fit FitAt(const Reach& reach) const {
+    Fit fit = {true, true};
+    for (const uint32_t c : corners_of_.Of(reach.vertex)) {
+      const size_t f = c / 3;
+      if (!HasLabel(f)) continue;
+      const auto node = static_cast<size_t>(nodes_.of_face[f][c % 3]);
+      if (nodes_.label[node] == reach.view_idx) continue;
+      const Candidate* other = energy_.candidates().Find(f, reach.view_idx);
+      const Candidate* own = energy_.candidates().Find(f, nodes_.label[node]);
+      if (other == nullptr || other->quality < kLeastQuality * own->quality) return {false, false};
+      const Eigen::Vector3f difference =
+          own->color.cast<float>() + offsets_[node] - other->color.cast<float>() - reach.offset;
+      fit.agrees &= difference.cwiseAbs().maxCoeff() <= kMaxDifference;
+    }
+    return fit;
+  }
+
+  void Finish(size_t v, std::vector<PhotoShare>* shares) const {
+    if (shares->empty()) return;
+    const auto nodes = nodes_of_.Of(v);
+    if (nodes.size() == 1) {
+      shares->push_back({nodes_.label[nodes[0]], 1, offsets_[nodes[0]]});
+    } else if (std::none_of(shares->begin(), shares->end(),
+                            [](const PhotoShare& s) { return s.weight == 1; })) {
+      shares->clear();  // no photo sees to all sides
+    }
+    float sum = 0;
+    for (const PhotoShare& s : *shares) sum += s.weight;
+    for (PhotoShare& s : *shares) s.weight /= sum;
+    std::sort(shares->begin(), shares->end(),
+              [](const PhotoShare& a, const PhotoShare& b) { return a.view_idx < b.view_idx; });
   }
 
   const LabelEnergy& energy_;
   const LabelNodes& nodes_;
   const std::vector<Eigen::Vector3f>& offsets_;
   float width_px_;
-  std::vector<float> distance_px_;
-  std::vector<SeamFade> fades_;
+  ByVertex nodes_of_, corners_of_;
+  std::vector<std::vector<PhotoShare>> shares_;
+  std::priority_queue<Reach, std::vector<Reach>, std::greater<>> queue_;
 };
 
 }  // namespace
 
-std::vector<SeamFade> FindSeamFades(const LabelEnergy& energy, const LabelNodes& nodes,
-                                    const std::vector<SeamPair>& pairs,
-                                    const std::vector<Eigen::Vector3f>& offsets, double width_px) {
-  if (!(width_px > 0)) return std::vector<SeamFade>(nodes.size());
-  return FadeFinder(energy, nodes, offsets, width_px).Run(pairs);
+SeamFades FindSeamFades(const LabelEnergy& energy, const LabelNodes& nodes,
+                        const std::vector<Eigen::Vector3f>& offsets, double width_px) {
+  if (!(width_px > 0)) {
+    return {std::vector<uint32_t>(energy.mesh().vertices.size() + 1, 0), {}};
+  }
+  return FadeFinder(energy, nodes, offsets, width_px).Run();
 }
 
 }  // namespace lsmvs

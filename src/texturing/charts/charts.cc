@@ -38,11 +38,16 @@ struct TexelBox {
   double Area() const { return static_cast<double>(Size().x()) * Size().y(); }
 };
 
+// Least padding: what bilinear filtering reaches; and what a part is taken to cost when charts are
+// split, so that not too many small ones come of it.
+constexpr int kMinPadding = 1, kPaddingToSplit = 2;
+
 // With padding.
-TexelBox TexelsOf(const Eigen::AlignedBox2d& box, int max_padding) {
-  constexpr int kMinPadding = 2, kPaddingPart = 8;
+TexelBox TexelsOf(const Eigen::AlignedBox2d& box, int max_padding,
+                  int min_padding = kPaddingToSplit) {
+  constexpr int kPaddingPart = 8;
   TexelBox texels = {box.min().array().floor().cast<int>(), box.max().array().ceil().cast<int>()};
-  const int wanted = std::max(kMinPadding, texels.Size().maxCoeff() / kPaddingPart);
+  const int wanted = std::max(min_padding, texels.Size().maxCoeff() / kPaddingPart);
   const int padding = std::min(max_padding, wanted);
   texels.low.array() -= padding;
   texels.high.array() += padding;
@@ -66,7 +71,7 @@ class ChartSplitter {
         return;
       }
     }
-    Emit(label, layout, faces, texels);
+    Emit(label, layout, faces, TexelsOf(BoxOf(faces), layout.padding, kMinPadding));
   }
 
  private:

@@ -38,7 +38,7 @@ struct ChartLayout {
   ChartMap map;
   int photo_level = 0;
   // Texels around a chart. Charts smaller than 8 times as much have an eighth of their longer side,
-  // 2 at least.
+  // 1 at least: what bilinear filtering reaches.
   int padding = 2;
 };
 

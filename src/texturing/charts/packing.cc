@@ -13,10 +13,10 @@ namespace lsmvs {
 
 namespace {
 
-constexpr int kSideStep = 16;
+constexpr int kSideStep = 4;
 // Rectangles are handed to a page until they would cover this part of it.
 constexpr double kFullPage = 0.96;
-constexpr double kGrowth = 1.004;
+constexpr double kGrowth = 1.002;
 
 double Area(const Eigen::Vector2i& size) {
   return static_cast<double>(size.x()) * static_cast<double>(size.y());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "lsmvs/util/disjoint_sets.h"
@@ -58,17 +59,38 @@ class IslandAbsorber {
 
   // False if no neighbour shows all of it.
   bool Absorb(const Island& island) {
-    const std::optional<int> view_idx = BestNeighbor(island);
+    const std::optional<int> view_idx = BestNeighbor(island.faces);
     if (!view_idx) return false;
     for (const uint32_t f : island.faces) slots_[f] = *SlotOf(f, *view_idx);
     return true;
   }
 
- private:
-  std::optional<int> BestNeighbor(const Island& island) const {
+  // Gives away the faces one by one, from the border on.
+  void Erode(const Island& island) {
     const int own = energy_.ViewOf(slots_, island.faces.front());
+    std::vector<uint32_t> faces = island.faces, left;
+    while (true) {
+      left.clear();
+      for (const uint32_t& f : faces) {
+        if (energy_.ViewOf(slots_, f) != own) continue;
+        const std::optional<int> view_idx = BestNeighbor({&f, 1});
+        if (view_idx) {
+          slots_[f] = *SlotOf(f, *view_idx);
+        } else {
+          left.push_back(f);
+        }
+      }
+      if (left.size() == faces.size()) return;
+      faces.swap(left);
+    }
+  }
+
+ private:
+  // Of the views beside the faces that show all of them, the one with the longest border.
+  std::optional<int> BestNeighbor(std::span<const uint32_t> faces) const {
+    const int own = energy_.ViewOf(slots_, faces.front());
     std::map<int, double> borders;
-    for (const uint32_t f : island.faces) {
+    for (const uint32_t f : faces) {
       for (int side = 0; side < 3; ++side) {
         const int32_t other = energy_.neighbors()[f][static_cast<size_t>(side)];
         if (other < 0) continue;
@@ -79,13 +101,13 @@ class IslandAbsorber {
     std::optional<int> best;
     for (const auto& [view, length] : borders) {
       if (best && borders[*best] >= length) continue;
-      if (ShowsAll(island, view)) best = view;
+      if (ShowsAll(faces, view)) best = view;
     }
     return best;
   }
 
-  bool ShowsAll(const Island& island, int view_idx) const {
-    return std::all_of(island.faces.begin(), island.faces.end(),
+  bool ShowsAll(std::span<const uint32_t> faces, int view_idx) const {
+    return std::all_of(faces.begin(), faces.end(),
                        [&](uint32_t f) { return SlotOf(f, view_idx).has_value(); });
   }
 
@@ -111,6 +133,8 @@ size_t AbsorbIslands(const LabelEnergy& energy, double min_area_px, ViewSlots* s
       num_absorbed += absorber.Absorb(island) ? 1 : 0;
     }
   }
+  IslandAbsorber absorber(energy, slots);
+  for (const Island& island : FindIslands(energy, min_area_px, *slots)) absorber.Erode(island);
   return num_absorbed;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "lsmvs/texturing/levelling/by_vertex.h"
 #include "lsmvs/texturing/levelling/conjugate_gradients.h"
 
 namespace lsmvs {
@@ -48,39 +49,25 @@ void Merge(std::vector<SeamPair>* pairs) {
   pairs->resize(count);
 }
 
-// Positions of the pairs of each vertex.
-struct PairsOfVertices {
-  std::vector<uint32_t> begin, pairs;
-
-  PairsOfVertices(const std::vector<SeamPair>& all, const LabelNodes& nodes, size_t num_vertices)
-      : begin(num_vertices + 1, 0), pairs(all.size()) {
-    const auto vertex = [&](const SeamPair& pair) {
-      return static_cast<size_t>(nodes.vertex[static_cast<size_t>(pair.first)]);
-    };
-    for (const SeamPair& pair : all) ++begin[vertex(pair) + 1];
-    for (size_t v = 0; v < num_vertices; ++v) begin[v + 1] += begin[v];
-    std::vector<uint32_t> end(begin.begin(), begin.end() - 1);
-    for (uint32_t i = 0; i < all.size(); ++i) pairs[end[vertex(all[i])]++] = i;
-  }
-};
-
 // The differences of the pairs from the faces around.
 void MeasureDifferences(const LabelEnergy& energy, const LabelNodes& nodes,
                         std::vector<SeamPair>* pairs) {
   const TriangleMesh& mesh = energy.mesh();
-  const PairsOfVertices of_vertices(*pairs, nodes, mesh.vertices.size());
+  const ByVertex pairs_of(mesh.vertices.size(), pairs->size(), [&](size_t i) {
+    return static_cast<size_t>(nodes.vertex[static_cast<size_t>((*pairs)[i].first)]);
+  });
   std::vector<float> weights(pairs->size(), 0.0f);
   for (size_t f = 0; f < mesh.faces.size(); ++f) {
     for (const int v : mesh.faces[f]) {
-      for (uint32_t k = of_vertices.begin[v]; k < of_vertices.begin[v + 1]; ++k) {
-        SeamPair& pair = (*pairs)[of_vertices.pairs[k]];
+      for (const uint32_t i : pairs_of.Of(static_cast<size_t>(v))) {
+        SeamPair& pair = (*pairs)[i];
         const Candidate* a =
             energy.candidates().Find(f, nodes.label[static_cast<size_t>(pair.first)]);
         const Candidate* b =
             energy.candidates().Find(f, nodes.label[static_cast<size_t>(pair.second)]);
         if (a == nullptr || b == nullptr) continue;
         pair.difference += a->color.cast<float>() - b->color.cast<float>();
-        weights[of_vertices.pairs[k]] += 1;
+        weights[i] += 1;
       }
     }
   }

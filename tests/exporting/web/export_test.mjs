@@ -134,7 +134,7 @@ try {
 
   const three = await open('/three.html');
   for (const name of ['mesh', 'colored']) {
-    for (const file of [`out/${name}.glb`, `obj/${name}.obj`, ...(name === 'colored' ? ['out/colored.ply'] : [])]) {
+    for (const file of [`out/${name}.glb`, `out/${name}_compressed.glb`, `obj/${name}.obj`, ...(name === 'colored' ? ['out/colored.ply'] : [])]) {
       await judge(three, `three ${file}`, await three.evaluate((url) => window.drawFile(url), `/data/${file}`), name, { mean: 1, single: 200 });
     }
   }

@@ -14,6 +14,7 @@ for name in mesh colored; do
   "$lsmvs" mesh_exporter --input_path "$folder/data/$name.ply" --output_path "$folder/data/out/$name.ply" --output_type PLY
   "$lsmvs" mesh_exporter --input_path "$folder/data/$name.ply" --output_path "$folder/data/obj/$name.obj" --output_type OBJ
   "$lsmvs" mesh_exporter --input_path "$folder/data/$name.ply" --output_path "$folder/data/out/$name.glb" --output_type GLB
+  "$lsmvs" mesh_exporter --input_path "$folder/data/$name.ply" --output_path "$folder/data/out/${name}_compressed.glb" --output_type GLB --compress
   "$lsmvs" mesh_exporter --input_path "$folder/data/$name.ply" --output_path "$folder/data/tiles_$name" --output_type 3DTILES \
     --texture_format png --Tileset.max_tile_faces 600
 done

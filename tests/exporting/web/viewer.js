@@ -1,6 +1,7 @@
 // Draws exported meshes with three.js and with 3d-tiles-renderer from the pose of camera.json.
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { MTLLoader } from 'three/addons/loaders/MTLLoader.js';
 import { OBJLoader } from 'three/addons/loaders/OBJLoader.js';
 import { PLYLoader } from 'three/addons/loaders/PLYLoader.js';
@@ -61,7 +62,7 @@ function unlit(object) {
 
 const LOADERS = {
   async glb(url) {
-    return [unlit((await new GLTFLoader().loadAsync(url)).scene), 'yUp'];
+    return [unlit((await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).loadAsync(url)).scene), 'yUp'];
   },
   async obj(url) {
     const loader = new OBJLoader();
