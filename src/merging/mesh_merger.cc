@@ -1,0 +1,283 @@
+#include "lsmvs/merging/mesh_merger.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "lsmvs/merging/input_check.h"
+#include "lsmvs/merging/overlap/overlap.h"
+#include "lsmvs/merging/surface_merging.h"
+#include "lsmvs/util/error.h"
+#include "lsmvs/util/hash.h"
+
+namespace lsmvs {
+
+namespace {
+
+// Edge lengths within which registration is measured.
+constexpr double kMeasuringReach = 40;
+constexpr size_t kMinSamplesOver = 10;
+constexpr double kMaxOppositeShare = 0.5;
+// Surfaces are matched up to this many edge lengths beyond the offset that was measured.
+constexpr double kMatchingMargin = 3.5;
+
+size_t Index(int32_t i) { return static_cast<size_t>(i); }
+
+template <class Value>
+void UpdateWith(const std::vector<Value>& values, Hasher* hasher) {
+  const uint64_t count = values.size();
+  hasher->Update(&count, sizeof count);
+  hasher->Update(values.data(), values.size() * sizeof(Value));
+}
+
+// The content of an input, but not its name: what its place in the order follows from.
+std::string ContentKey(const MergingInput& input) {
+  Hasher hasher;
+  UpdateWith(input.mesh.vertices, &hasher);
+  UpdateWith(input.mesh.faces, &hasher);
+  UpdateWith(input.mesh.vertex_colors, &hasher);
+  UpdateWith(input.mesh.vertex_normals, &hasher);
+  UpdateWith(input.mesh.vertex_quality, &hasher);
+  UpdateWith(input.view_begin, &hasher);
+  UpdateWith(input.view_idxs, &hasher);
+  return hasher.HexDigest();
+}
+
+std::string DescribePlace(const TriangleMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& x : mesh.vertices) box.extend(x);
+  const Eigen::Vector3d c = box.center(), s = box.sizes();
+  return fmt::format("a box of {:.4g} x {:.4g} x {:.4g} about ({:.4g}, {:.4g}, {:.4g}), edges of "
+                     "{:.3g}",
+                     s.x(), s.y(), s.z(), c.x(), c.y(), c.z(), MeanEdgeLength(mesh));
+}
+
+class Merger {
+ public:
+  Merger(std::vector<MergingInput> inputs, const std::vector<View>& views,
+         const MeshMergerOptions& options, const RunContext& context)
+      : inputs_(std::move(inputs)), views_(views), options_(options), context_(context) {}
+
+  MergedMesh Run() {
+    SortInputs();
+    parts_.resize(inputs_.size());
+    std::vector<size_t> waiting(inputs_.size());
+    std::iota(waiting.begin(), waiting.end(), size_t{0});
+    for (const size_t i : waiting) parts_[i] = MakePart(i);
+    merged_ = std::move(parts_[0]);
+    names_ = inputs_[0].name;
+    waiting.erase(waiting.begin());
+    const double num_steps = static_cast<double>(waiting.size());
+    for (size_t step = 0; !waiting.empty(); ++step) {
+      const double begin = static_cast<double>(step) / num_steps;
+      const RunContext part = context_.Part(begin, begin + 1 / num_steps);
+      MergeOne(&waiting, part);
+    }
+    return Finish();
+  }
+
+ private:
+  void SortInputs() {
+    std::vector<std::pair<std::string, size_t>> order;
+    for (size_t i = 0; i < inputs_.size(); ++i) order.emplace_back(ContentKey(inputs_[i]), i);
+    std::sort(order.begin(), order.end());
+    std::vector<MergingInput> sorted;
+    for (const auto& [key, i] : order) sorted.push_back(std::move(inputs_[i]));
+    inputs_ = std::move(sorted);
+  }
+
+  SourcedMesh MakePart(size_t i) {
+    SourcedMesh part;
+    part.mesh.vertices = std::exchange(inputs_[i].mesh.vertices, {});
+    part.mesh.faces = std::exchange(inputs_[i].mesh.faces, {});
+    part.is_changed.assign(part.mesh.vertices.size(), 0);
+    part.sources.resize(part.mesh.vertices.size());
+    for (size_t v = 0; v < part.sources.size(); ++v) {
+      part.sources[v] = {static_cast<int32_t>(i), static_cast<int32_t>(v)};
+    }
+    const RepairCounters repair = RepairInput(inputs_[i].name, &part);
+    counters_.num_repaired_faces += repair.num_dropped_faces;
+    counters_.num_split_vertices += repair.num_split_vertices;
+    return part;
+  }
+
+  // The first mesh that overlaps what is merged so far.
+  void MergeOne(std::vector<size_t>* waiting, const RunContext& context) {
+    for (size_t k = 0; k < waiting->size(); ++k) {
+      const size_t i = (*waiting)[k];
+      const std::optional<Registration> registration = Register(parts_[i], context);
+      if (!registration) continue;
+      CheckRegistration(*registration, i);
+      Merge(std::exchange(parts_[i], {}), *registration, context);
+      names_ += ", " + inputs_[i].name;
+      waiting->erase(waiting->begin() + static_cast<std::ptrdiff_t>(k));
+      return;
+    }
+    const size_t i = waiting->front();
+    throw InputError(inputs_[i].name,
+                     fmt::format("does not overlap {}: it lies in {}, the other in {}", names_,
+                                 DescribePlace(parts_[i].mesh), DescribePlace(merged_.mesh)),
+                     "bring the models into one frame and scale first, as colmap model_merger or "
+                     "model_aligner does");
+  }
+
+  // Nothing if the meshes do not overlap.
+  std::optional<Registration> Register(const SourcedMesh& part, const RunContext& context) const {
+    const double reach = kMeasuringReach * CoarserEdgeLength(merged_, part);
+    const MeshBand band = ExtractBand(part, FacesNear(part.mesh, merged_.mesh, reach));
+    const MeshBand other = ExtractBand(merged_, FacesNear(merged_.mesh, part.mesh, reach));
+    if (band.mesh.faces.empty() || other.mesh.faces.empty()) return std::nullopt;
+    const BandSurface surface(band), other_surface(other);
+    Registration there = MeasureRegistration(surface, other_surface, reach, context);
+    Registration back = MeasureRegistration(other_surface, surface, reach, context);
+    // Seen from the side of which more lies over the other.
+    const Registration& result = there.num_over >= back.num_over ? there : back;
+    if (result.num_over < kMinSamplesOver) return std::nullopt;
+    return result;
+  }
+
+  void CheckRegistration(const Registration& registration, size_t i) const {
+    if (registration.share_opposite > kMaxOppositeShare) {
+      throw InputError(inputs_[i].name,
+                       fmt::format("is inside out to {}: {:.0f} % of its normals are opposite where "
+                                   "they overlap",
+                                   names_, 100 * registration.share_opposite),
+                       "flip the faces of one of them; they must look outward, to the cameras");
+    }
+    if (registration.offset_edges > options_.max_offset) {
+      throw InputError(
+          inputs_[i].name,
+          fmt::format("is {:.3g} away from {} where they overlap (median), {:.1f} edge lengths; "
+                      "at most {:g} can be absorbed",
+                      registration.offset, names_, registration.offset_edges, options_.max_offset),
+          "align the models first, with colmap model_aligner or model_merger, or raise "
+          "--MeshMerging.max_offset");
+    }
+  }
+
+  void Merge(const SourcedMesh& part, const Registration& registration,
+             const RunContext& context) {
+    counters_.max_offset = std::max(counters_.max_offset, registration.offset);
+    counters_.max_offset_edges = std::max(counters_.max_offset_edges, registration.offset_edges);
+    // The finer mesh comes first.
+    const bool is_finer = MeanEdgeLength(part.mesh) < MeanEdgeLength(merged_.mesh);
+    const SourcedMesh& first = is_finer ? part : merged_;
+    const SourcedMesh& second = is_finer ? merged_ : part;
+    SurfaceMergingOptions surface;
+    surface.max_edges = registration.offset_edges + kMatchingMargin;
+    surface.inset = options_.inset;
+    surface.first_wins_conflicts = FirstWinsConflicts(first, second);
+    SurfaceMergingCounters counters;
+    merged_ = MergeSurfaces(first, second, surface, context, &counters);
+    counters_.num_dropped_faces += counters.num_dropped_faces;
+    counters_.num_new_faces += counters.num_new_faces;
+    counters_.num_open_seam_edges += counters.num_open_edges;
+    counters_.num_seam_crossings += counters.num_crossings;
+    counters_.num_conflict_faces += counters.num_conflict_faces;
+  }
+
+  double MeanNumViews(const SourcedMesh& mesh) const {
+    double sum = 0;
+    for (const VertexSource& source : mesh.sources) {
+      const auto& begin = inputs_[Index(source.input)].view_begin;
+      if (begin.empty()) return -1;
+      sum += static_cast<double>(begin[Index(source.vertex) + 1] - begin[Index(source.vertex)]);
+    }
+    return sum / static_cast<double>(mesh.sources.size());
+  }
+
+  int64_t NewestTime(const SourcedMesh& mesh) const {
+    int64_t newest = std::numeric_limits<int64_t>::min();
+    for (const VertexSource& source : mesh.sources) {
+      newest = std::max(newest, inputs_[Index(source.input)].modification_time);
+    }
+    return newest;
+  }
+
+  bool FirstWinsConflicts(const SourcedMesh& first, const SourcedMesh& second) const {
+    if (options_.conflict_winner == ConflictWinner::kNewer) {
+      return NewestTime(first) >= NewestTime(second);
+    }
+    const double views = MeanNumViews(first), other_views = MeanNumViews(second);
+    return views < 0 || other_views < 0 || views >= other_views;
+  }
+
+  MergedMesh Finish() {
+    MergedMesh result;
+    TriangleMesh& mesh = result.mesh;
+    mesh.vertices = std::move(merged_.mesh.vertices);
+    mesh.faces = std::move(merged_.mesh.faces);
+    Carry(&TriangleMesh::vertex_colors, &mesh);
+    Carry(&TriangleMesh::vertex_quality, &mesh);
+    CarryNormals(&mesh);
+    CarryViews(&result);
+    counters_.num_moved_vertices = static_cast<size_t>(
+        std::count_if(merged_.is_changed.begin(), merged_.is_changed.end(), [](uint8_t c) {
+          return c != 0;
+        }));
+    result.counters = counters_;
+    return result;
+  }
+
+  template <class Value>
+  void Carry(std::vector<Value> TriangleMesh::*attribute, TriangleMesh* mesh) const {
+    for (const MergingInput& input : inputs_) {
+      if ((input.mesh.*attribute).empty()) return;
+    }
+    for (const VertexSource& source : merged_.sources) {
+      (mesh->*attribute).push_back((inputs_[Index(source.input)].mesh.*attribute)[Index(source.vertex)]);
+    }
+  }
+
+  void CarryNormals(TriangleMesh* mesh) const {
+    Carry(&TriangleMesh::vertex_normals, mesh);
+    if (mesh->vertex_normals.empty()) return;
+    const std::vector<Eigen::Vector3f> fresh = ComputeVertexNormals(*mesh);
+    for (size_t v = 0; v < fresh.size(); ++v) {
+      if (merged_.is_changed[v]) mesh->vertex_normals[v] = fresh[v];
+    }
+  }
+
+  void CarryViews(MergedMesh* result) const {
+    for (const MergingInput& input : inputs_) {
+      if (input.view_begin.empty()) return;
+    }
+    result->view_begin = {0};
+    for (const VertexSource& source : merged_.sources) {
+      const MergingInput& input = inputs_[Index(source.input)];
+      const auto begin = input.view_idxs.begin();
+      const size_t v = Index(source.vertex);
+      result->view_idxs.insert(result->view_idxs.end(),
+                               begin + static_cast<std::ptrdiff_t>(input.view_begin[v]),
+                               begin + static_cast<std::ptrdiff_t>(input.view_begin[v + 1]));
+      result->view_begin.push_back(result->view_idxs.size());
+    }
+  }
+
+  std::vector<MergingInput> inputs_;
+  const std::vector<View>& views_;
+  const MeshMergerOptions& options_;
+  const RunContext& context_;
+  std::vector<SourcedMesh> parts_;
+  SourcedMesh merged_;
+  std::string names_;  // of what is merged so far
+  MeshMergerCounters counters_;
+};
+
+}  // namespace
+
+MergedMesh MergeMeshes(std::vector<MergingInput> inputs, const std::vector<View>& views,
+                       const MeshMergerOptions& options, const RunContext& context) {
+  std::string error;
+  if (!options.Check(&error)) throw UsageError(error);
+  if (inputs.size() < 2) throw UsageError("give two or more meshes to merge");
+  return Merger(std::move(inputs), views, options, context).Run();
+}
+
+}  // namespace lsmvs
