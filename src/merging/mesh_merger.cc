@@ -24,8 +24,9 @@ namespace {
 constexpr double kMeasuringReach = 40;
 constexpr size_t kMinSamplesOver = 10;
 constexpr double kMaxOppositeShare = 0.5;
-// Surfaces are matched up to this many edge lengths beyond the offset that was measured.
-constexpr double kMatchingMargin = 3.5;
+// Surfaces are matched up to this many times the offset that was measured, and edge lengths beyond:
+// the offset is a median, and noise has tails.
+constexpr double kMatchingOffsets = 3, kMatchingMargin = 3;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -170,7 +171,7 @@ class Merger {
     const SourcedMesh& first = is_finer ? part : merged_;
     const SourcedMesh& second = is_finer ? merged_ : part;
     SurfaceMergingOptions surface;
-    surface.max_edges = registration.offset_edges + kMatchingMargin;
+    surface.max_edges = kMatchingOffsets * registration.offset_edges + kMatchingMargin;
     surface.inset = options_.inset;
     surface.first_wins_conflicts = FirstWinsConflicts(first, second);
     SurfaceMergingCounters counters;

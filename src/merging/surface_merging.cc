@@ -1,6 +1,9 @@
 #include "lsmvs/merging/surface_merging.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <chrono>
 #include <memory>
 #include <utility>
 
@@ -34,7 +37,14 @@ class SurfaceMerger {
                 SurfaceMergingCounters* counters)
       : whole_{&first, &second}, options_(options), context_(context), counters_(*counters) {}
 
+  static void Tick(const char* what) {
+    static auto last = std::chrono::steady_clock::now();
+    const auto now = std::chrono::steady_clock::now();
+    if (std::getenv("DBG")) fprintf(stderr, "%s %.2f s\n", what, std::chrono::duration<double>(now - last).count());
+    last = now;
+  }
   SourcedMesh Run() {
+    Tick("begin");
     edge_ = CoarserEdgeLength(*whole_[0], *whole_[1]);
     for (int side = 0; side < 2; ++side) {
       in_band_[side] =
@@ -44,17 +54,17 @@ class SurfaceMerger {
       num_band_faces_ += bands_[side].mesh.faces.size();
     }
     context_.ThrowIfCancelled();
-    Compare();
+    Tick("bands"); Compare(); Tick("compare");
     counters_.num_conflict_faces += sides_[0]->num_conflict_faces + sides_[1]->num_conflict_faces;
     kept_[0] = LabelFirstSurface(*sides_[0], *sides_[1], SeamChoice(), context_);
     context_.Report(0.5);
-    Refine();
+    Tick("cut"); Refine(); Tick("refine");
     kept_[1] = LabelSecondSurface(*sides_[0], *sides_[1], kept_[0], options_.first_wins_conflicts,
                                   kClearance, context_);
     for (int side = 0; side < 2; ++side) SmoothRim(bands_[side], kMinPieceFaces, &kept_[side]);
-    Blend();
+    Tick("rims"); Blend(); Tick("blend");
     context_.Report(0.8);
-    Join();
+    Join(); Tick("join");
     context_.Report(0.95);
     return Assemble();
   }
@@ -109,7 +119,7 @@ class SurfaceMerger {
     const std::array<size_t, 2> before = {bands_[0].mesh.faces.size(),
                                           bands_[1].mesh.faces.size()};
     const MeshBand old_first = bands_[0];
-    for (MeshBand& band : bands_) RefineTowardsSeam(seam, kGrowth, &band);
+    for (MeshBand& band : bands_) { const bool ok = RefineTowardsSeam(seam, kGrowth, &band); if (std::getenv("DBG")) fprintf(stderr, "refine %d -> %zu faces, seam %zu\n", ok, band.mesh.faces.size(), seam.positions.size()); }
     if (bands_[0].mesh.faces.size() != before[0]) CarryLabels(old_first);
     if (bands_[0].mesh.faces.size() != before[0] || bands_[1].mesh.faces.size() != before[1]) {
       Compare();
@@ -154,18 +164,13 @@ class SurfaceMerger {
     problem.normal = normal_;
     problem.old_border = old_border_;
     problem.cut_edges = cut_edges_;
-    const ZipResult zip = ZipRims(problem);
+    const ZipResult zip = ZipRims(problem); Tick("zip");
     counters_.num_new_faces += zip.faces.size();
     counters_.num_open_edges += zip.num_open_edges;
     num_old_faces_ = joined_.faces.size();
     joined_.faces.insert(joined_.faces.end(), zip.faces.begin(), zip.faces.end());
-    std::vector<uint8_t> is_active(joined_.faces.size(), 0);
-    for (size_t f = 0; f < is_active.size(); ++f) {
-      const Eigen::Vector3i& face = joined_.faces[f];
-      is_active[f] = f >= num_old_faces_ || has_moved_[Index(face[0])] ||
-                     has_moved_[Index(face[1])] || has_moved_[Index(face[2])];
-    }
-    counters_.num_crossings += UntangleFaces(may_move_, context_, &is_active, &has_moved_, &joined_);
+    counters_.num_crossings +=
+        UntangleFaces(may_move_, num_old_faces_, context_, &has_moved_, &joined_);
   }
 
   // What is kept of both bands, as one mesh; displaced.

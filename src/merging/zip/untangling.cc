@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "lsmvs/merging/overlap/overlap.h"
 #include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/face_neighbors.h"
 
@@ -10,119 +11,167 @@ namespace lsmvs {
 
 namespace {
 
-constexpr int kMaxSteps = 40, kStepsOfOneRing = 4;
+constexpr int kMaxRounds = 4, kMaxSteps = 40, kStepsOfOneRing = 4;
 constexpr double kStep = 0.6;
 // Neighbours whose normals enclose more than this are folded.
 constexpr double kFoldCosine = -0.7;
 constexpr double kMaxRoundingPart = 1e-4;
+// Edge lengths around the crossings that are worked on.
+constexpr double kReach = 8;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
-class Untangler {
- public:
-  Untangler(const std::vector<uint8_t>& may_move, const RunContext& context,
-            std::vector<uint8_t>* is_active, std::vector<uint8_t>* has_moved, TriangleMesh* mesh)
-      : may_move_(may_move),
-        context_(context),
-        is_active_(*is_active),
-        has_moved_(*has_moved),
-        mesh_(*mesh),
-        neighbors_(FindFaceNeighbors(mesh->faces, mesh->vertices.size())) {}
+bool HasOne(const std::vector<uint8_t>& flags) {
+  return std::any_of(flags.begin(), flags.end(), [](uint8_t flag) { return flag != 0; });
+}
 
-  size_t Run() {
-    size_t num_crossing = 0;
-    for (int step = 0; step < kMaxSteps; ++step) {
-      num_crossing = FindBadVertices();
-      if (!HasBadVertices()) break;
-      // More and more around what does not come right.
-      for (int ring = 0; ring < step / kStepsOfOneRing; ++ring) GrowBadVertices();
-      if (!SmoothBadVertices()) break;
-    }
-    return num_crossing;
-  }
-
- private:
-  size_t FindBadVertices() {
-    is_bad_.assign(mesh_.vertices.size(), 0);
-    const FaceGrid grid(mesh_.vertices, mesh_.faces);
-    const auto pairs = grid.CrossingPairs(is_active_, context_);
-    for (const auto& [a, b] : pairs) {
-      MarkFace(Index(a));
-      MarkFace(Index(b));
-    }
-    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
-      if (!is_active_[f]) continue;
-      for (const int32_t other : neighbors_[f]) {
-        if (other < 0) continue;
-        const Eigen::Vector3d a = FaceNormalTimesTwiceArea(mesh_, f),
-                              b = FaceNormalTimesTwiceArea(mesh_, Index(other));
-        if (a.dot(b) < kFoldCosine * a.norm() * b.norm()) {
-          MarkFace(f);
-          MarkFace(Index(other));
-        }
-      }
-    }
-    return pairs.size();
-  }
-
-  void MarkFace(size_t f) {
-    for (const int v : mesh_.faces[f]) is_bad_[Index(v)] = 1;
-  }
-  bool HasBadVertices() const {
-    return std::any_of(is_bad_.begin(), is_bad_.end(), [](uint8_t bad) { return bad != 0; });
-  }
-
-  void GrowBadVertices() {
-    const std::vector<uint8_t> before = is_bad_;
-    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
-      const Eigen::Vector3i& face = mesh_.faces[f];
-      if (before[Index(face[0])] || before[Index(face[1])] || before[Index(face[2])]) MarkFace(f);
-    }
-  }
-
-  bool SmoothBadVertices() {
-    std::vector<Eigen::Vector3d> sums(mesh_.vertices.size(), Eigen::Vector3d::Zero());
-    std::vector<int> counts(mesh_.vertices.size(), 0);
-    for (const Eigen::Vector3i& face : mesh_.faces) {
-      for (int k = 0; k < 3; ++k) {
-        const size_t v = Index(face[k]);
-        if (!is_bad_[v]) continue;
-        sums[v] += mesh_.vertices[Index(face[(k + 1) % 3])] +
-                   mesh_.vertices[Index(face[(k + 2) % 3])];
-        counts[v] += 2;
-      }
-    }
-    bool has_changed = false;
-    for (size_t v = 0; v < sums.size(); ++v) {
-      if (!is_bad_[v] || !may_move_[v] || counts[v] == 0) continue;
-      Eigen::Vector3d& x = mesh_.vertices[v];
-      const Eigen::Vector3d step = kStep * (sums[v] / counts[v] - x);
-      if (step.norm() == 0) continue;
-      x = RoundToFile(x + step, kMaxRoundingPart * step.norm());
-      has_moved_[v] = 1;
-      has_changed = true;
-    }
-    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
-      for (const int v : mesh_.faces[f]) is_active_[f] |= is_bad_[Index(v)] && may_move_[Index(v)];
-    }
-    return has_changed;
-  }
-
-  const std::vector<uint8_t>& may_move_;
-  const RunContext& context_;
-  std::vector<uint8_t>& is_active_;
-  std::vector<uint8_t>& has_moved_;
-  TriangleMesh& mesh_;
-  FaceNeighbors neighbors_;
-  std::vector<uint8_t> is_bad_;  // #V
+// A mesh, or the part of one around the crossings.
+struct Tangle {
+  TriangleMesh mesh;
+  std::vector<uint8_t> may_move, has_moved;  // #V
+  std::vector<uint8_t> is_new;               // #F
 };
+
+std::vector<uint8_t> ActiveFaces(const TriangleMesh& mesh, const std::vector<uint8_t>& is_new,
+                                 const std::vector<uint8_t>& has_moved) {
+  std::vector<uint8_t> is_active = is_new;
+  for (size_t f = 0; f < is_active.size(); ++f) {
+    for (const int v : mesh.faces[f]) is_active[f] |= has_moved[Index(v)];
+  }
+  return is_active;
+}
+
+struct Faults {
+  std::vector<uint8_t> faces;  // #F: crossing or folded
+  size_t num_crossings = 0;
+};
+
+Faults FindFaults(const TriangleMesh& mesh, const std::vector<uint8_t>& is_new,
+                  const std::vector<uint8_t>& has_moved, const RunContext& context) {
+  Faults faults;
+  faults.faces.assign(mesh.faces.size(), 0);
+  const FaceGrid grid(mesh.vertices, mesh.faces);
+  for (const auto& [a, b] :
+       grid.CrossingPairs(ActiveFaces(mesh, is_new, has_moved), context)) {
+    faults.faces[Index(a)] = faults.faces[Index(b)] = 1;
+    ++faults.num_crossings;
+  }
+  const FaceNeighbors neighbors = FindFaceNeighbors(mesh.faces, mesh.vertices.size());
+  for (size_t f = 0; f < is_new.size(); ++f) {
+    if (!is_new[f]) continue;
+    for (const int32_t other : neighbors[f]) {
+      if (other < 0) continue;
+      const Eigen::Vector3d a = FaceNormalTimesTwiceArea(mesh, f),
+                            b = FaceNormalTimesTwiceArea(mesh, Index(other));
+      if (a.dot(b) < kFoldCosine * a.norm() * b.norm()) {
+        faults.faces[f] = faults.faces[Index(other)] = 1;
+      }
+    }
+  }
+  return faults;
+}
+
+// Sets the vertices of the faces at which a flag is set.
+std::vector<uint8_t> VerticesOf(const TriangleMesh& mesh, const std::vector<uint8_t>& faces) {
+  std::vector<uint8_t> vertices(mesh.vertices.size(), 0);
+  for (size_t f = 0; f < faces.size(); ++f) {
+    for (int k = 0; k < 3 && faces[f]; ++k) vertices[Index(mesh.faces[f][k])] = 1;
+  }
+  return vertices;
+}
+
+void GrowByRing(const TriangleMesh& mesh, std::vector<uint8_t>* vertices) {
+  const std::vector<uint8_t> before = *vertices;
+  for (const Eigen::Vector3i& face : mesh.faces) {
+    if (!before[Index(face[0])] && !before[Index(face[1])] && !before[Index(face[2])]) continue;
+    for (const int v : face) (*vertices)[Index(v)] = 1;
+  }
+}
+
+// Moves the vertices towards the mean of their neighbours. False if none may.
+bool SmoothVertices(const std::vector<uint8_t>& vertices, Tangle* tangle) {
+  TriangleMesh& mesh = tangle->mesh;
+  std::vector<Eigen::Vector3d> sums(vertices.size(), Eigen::Vector3d::Zero());
+  std::vector<int> counts(vertices.size(), 0);
+  for (const Eigen::Vector3i& face : mesh.faces) {
+    for (int k = 0; k < 3; ++k) {
+      const size_t v = Index(face[k]);
+      if (!vertices[v]) continue;
+      sums[v] += mesh.vertices[Index(face[(k + 1) % 3])] + mesh.vertices[Index(face[(k + 2) % 3])];
+      counts[v] += 2;
+    }
+  }
+  bool has_changed = false;
+  for (size_t v = 0; v < sums.size(); ++v) {
+    if (!vertices[v] || !tangle->may_move[v] || counts[v] == 0) continue;
+    Eigen::Vector3d& x = mesh.vertices[v];
+    const Eigen::Vector3d step = kStep * (sums[v] / counts[v] - x);
+    if (step.norm() == 0) continue;
+    x = RoundToFile(x + step, kMaxRoundingPart * step.norm());
+    tangle->has_moved[v] = 1;
+    has_changed = true;
+  }
+  return has_changed;
+}
+
+void SmoothFaults(const RunContext& context, Tangle* tangle) {
+  for (int step = 0; step < kMaxSteps; ++step) {
+    const Faults faults = FindFaults(tangle->mesh, tangle->is_new, tangle->has_moved, context);
+    if (!HasOne(faults.faces)) return;
+    std::vector<uint8_t> vertices = VerticesOf(tangle->mesh, faults.faces);
+    // More and more around what does not come right.
+    for (int ring = 0; ring < step / kStepsOfOneRing; ++ring) GrowByRing(tangle->mesh, &vertices);
+    if (!SmoothVertices(vertices, tangle)) return;
+  }
+}
+
+// The faces around those with a fault; vertices that other faces use must not move.
+Tangle CutOut(const TriangleMesh& mesh, const std::vector<uint8_t>& faulty, size_t first_new,
+              const std::vector<uint8_t>& may_move, const std::vector<uint8_t>& has_moved,
+              std::vector<int32_t>* whole_vertex) {
+  TriangleMesh faulty_mesh;
+  faulty_mesh.vertices = mesh.vertices;
+  for (size_t f = 0; f < faulty.size(); ++f) {
+    if (faulty[f]) faulty_mesh.faces.push_back(mesh.faces[f]);
+  }
+  const std::vector<uint8_t> is_near =
+      FacesNear(mesh, faulty_mesh, kReach * MeanEdgeLength(faulty_mesh));
+  SourcedMesh whole;
+  whole.mesh = mesh;
+  whole.sources.resize(mesh.vertices.size());
+  whole.is_changed = has_moved;
+  MeshBand band = ExtractBand(whole, is_near);
+  Tangle tangle;
+  tangle.mesh = std::move(band.mesh);
+  tangle.has_moved = std::move(band.is_changed);
+  for (size_t v = 0; v < band.whole_vertex.size(); ++v) {
+    tangle.may_move.push_back(may_move[Index(band.whole_vertex[v])] && !band.is_fixed[v]);
+  }
+  for (size_t f = 0; f < is_near.size(); ++f) {
+    if (is_near[f]) tangle.is_new.push_back(f >= first_new);
+  }
+  *whole_vertex = std::move(band.whole_vertex);
+  return tangle;
+}
 
 }  // namespace
 
-size_t UntangleFaces(const std::vector<uint8_t>& may_move, const RunContext& context,
-                     std::vector<uint8_t>* is_active, std::vector<uint8_t>* has_moved,
+size_t UntangleFaces(const std::vector<uint8_t>& may_move, size_t first_new,
+                     const RunContext& context, std::vector<uint8_t>* has_moved,
                      TriangleMesh* mesh) {
-  return Untangler(may_move, context, is_active, has_moved, mesh).Run();
+  std::vector<uint8_t> is_new(mesh->faces.size(), 0);
+  std::fill(is_new.begin() + static_cast<std::ptrdiff_t>(first_new), is_new.end(), uint8_t{1});
+  for (int round = 0;; ++round) {
+    const Faults faults = FindFaults(*mesh, is_new, *has_moved, context);
+    if (round == kMaxRounds || !HasOne(faults.faces)) return faults.num_crossings;
+    std::vector<int32_t> whole_vertex;
+    Tangle tangle = CutOut(*mesh, faults.faces, first_new, may_move, *has_moved, &whole_vertex);
+    SmoothFaults(context, &tangle);
+    for (size_t v = 0; v < whole_vertex.size(); ++v) {
+      mesh->vertices[Index(whole_vertex[v])] = tangle.mesh.vertices[v];
+      (*has_moved)[Index(whole_vertex[v])] = tangle.has_moved[v];
+    }
+  }
 }
 
 }  // namespace lsmvs

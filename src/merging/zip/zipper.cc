@@ -145,6 +145,7 @@ class Zipper {
     return (At(a) - At(b)).norm() / edge;
   }
 
+  // Most bridges first, where a rim lies by several.
   void JoinLoops() {
     // Pairs of vertices that are nearest to each other, by their loops.
     std::map<std::pair<int32_t, int32_t>, std::vector<std::pair<int32_t, int32_t>>> pairs;
@@ -153,8 +154,13 @@ class Zipper {
       if (w < 0 || problem_.side[v] != 0 || nearest_[Index(w)] != static_cast<int32_t>(v)) continue;
       pairs[{loop_of_[v], loop_of_[Index(w)]}].emplace_back(static_cast<int32_t>(v), w);
     }
-    for (const auto& [loops, list] : pairs) {
-      JoinTwo(loops_[Index(loops.first)], loops_[Index(loops.second)], list);
+    std::vector<std::pair<int32_t, int32_t>> order;
+    for (const auto& [loops, list] : pairs) order.push_back(loops);
+    std::stable_sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
+      return pairs[a].size() > pairs[b].size();
+    });
+    for (const auto& loops : order) {
+      JoinTwo(loops_[Index(loops.first)], loops_[Index(loops.second)], pairs[loops]);
     }
   }
 
@@ -268,15 +274,27 @@ class Zipper {
     return best;
   }
 
+  static uint64_t SideKey(int32_t from, int32_t to) {
+    return static_cast<uint64_t>(from) << 32 | static_cast<uint64_t>(to);
+  }
+
   bool Fill(const std::vector<int32_t>& polygon) {
     const auto may_join = [&](int32_t a, int32_t b) { return !edges_.contains(EdgeKey(a, b)); };
     std::vector<int32_t> sorted = polygon;
     std::sort(sorted.begin(), sorted.end());
     if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) return false;
+    // Each edge of a rim gets one face; bridges are new, or sides of a polygon that is filled.
+    const auto next_of = [&](size_t i) { return polygon[(i + 1) % polygon.size()]; };
+    for (size_t i = 0; i < polygon.size(); ++i) {
+      if (used_sides_.contains(SideKey(polygon[i], next_of(i)))) return false;
+    }
     const std::vector<Eigen::Vector3i> faces =
         FillPolygon(mesh_.vertices, problem_.normal, polygon, may_join);
     for (const Eigen::Vector3i& face : faces) {
-      for (int k = 0; k < 3; ++k) edges_.insert(EdgeKey(face[k], face[(k + 1) % 3]));
+      for (int k = 0; k < 3; ++k) {
+        edges_.insert(EdgeKey(face[k], face[(k + 1) % 3]));
+        used_sides_.insert(SideKey(face[k], face[(k + 1) % 3]));
+      }
     }
     result_.faces.insert(result_.faces.end(), faces.begin(), faces.end());
     return !faces.empty();
@@ -334,7 +352,8 @@ class Zipper {
   std::vector<int32_t> next_;  // along the border, as new faces run; -1 inside
   std::vector<uint8_t> is_rim_;
   std::array<std::vector<Eigen::Vector3i>, 2> rim_edges_;
-  std::unordered_set<uint64_t> edges_;
+  std::unordered_set<uint64_t> edges_;       // that are there, between vertices of the rims
+  std::unordered_set<uint64_t> used_sides_;  // of new faces, in their direction
   std::vector<std::vector<int32_t>> loops_;
   std::vector<int32_t> loop_of_;
   std::vector<size_t> place_;

@@ -1,0 +1,172 @@
+#include "lsmvs/merging/mesh_merger.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+#include "lsmvs/evaluation/surface_evaluator.h"
+#include "lsmvs/mesh/face_crossings.h"
+#include "lsmvs/mesh/inspect.h"
+#include "lsmvs/mesh/ply.h"
+#include "lsmvs/synthetic/analytic_shapes.h"
+#include "lsmvs/synthetic/overlapping_pieces.h"
+#include "lsmvs/test_support/expect_valid_mesh.h"
+
+namespace lsmvs {
+namespace {
+
+struct PieceOptions {
+  double edge_length = 0.1;
+  double noise = 0;                 // standard deviation, in edge lengths
+  bool is_smooth = true;            // over some edges, or every vertex for itself
+  double offset = 0;                // in edge lengths, along (0, 0.6, 0.8)
+};
+
+double MeanEdge(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (const Eigen::Vector3i& f : mesh.faces) {
+    for (int k = 0; k < 3; ++k) sum += (mesh.vertices[f[k]] - mesh.vertices[f[(k + 1) % 3]]).norm();
+  }
+  return sum / (3.0 * static_cast<double>(mesh.faces.size()));
+}
+
+enum class World { kSphere, kTorus, kRelief };
+
+TriangleMesh TruthOf(World world, double edge_length, uint64_t seed) {
+  TriangleMesh mesh;
+  if (world == World::kSphere) mesh = Sphere(Eigen::Vector3d::Zero(), 2).Mesh(edge_length);
+  if (world == World::kTorus) mesh = Torus(Eigen::Vector3d::Zero(), 2, 0.8).Mesh(edge_length);
+  if (world == World::kRelief) return ReliefMesh(edge_length, seed);
+  // Another tessellation of the same shape for each seed.
+  const Eigen::AngleAxisd turn(0.3 * static_cast<double>(seed), Eigen::Vector3d::UnitZ());
+  for (Eigen::Vector3d& x : mesh.vertices) x = turn * x;
+  return mesh;
+}
+
+// Pieces overlap in [-0.8, 0.8] of x, about the middle of the world.
+TriangleMesh MakePiece(World world, int index, const PieceOptions& options) {
+  TriangleMesh mesh = TruthOf(world, options.edge_length, static_cast<uint64_t>(index) + 1);
+  const double middle = world == World::kRelief ? 5 : 0;
+  mesh = CutPiece(mesh, [&](const Eigen::Vector3d& x) {
+    return index == 0 ? x.x() < middle + 0.8 : x.x() > middle - 0.8;
+  });
+  const double edge = MeanEdge(mesh);
+  AddNormalNoise(options.noise * edge, options.is_smooth ? 3 * edge : 0,
+                 static_cast<uint64_t>(index) + 7, &mesh);
+  for (Eigen::Vector3d& x : mesh.vertices) {
+    x += options.offset * edge * Eigen::Vector3d(0, 0.6, 0.8);
+    x = x.cast<float>().cast<double>();
+  }
+  return mesh;
+}
+
+MergingInput Input(const std::string& name, const TriangleMesh& mesh) {
+  MergingInput input;
+  input.name = name;
+  input.mesh = mesh;
+  return input;
+}
+
+size_t NumCrossings(const TriangleMesh& mesh) {
+  const std::vector<uint8_t> all(mesh.faces.size(), 1);
+  return FaceGrid(mesh.vertices, mesh.faces).CrossingPairs(all, RunContext(2)).size();
+}
+
+SurfaceEvaluation Score(const TriangleMesh& mesh, const TriangleMesh& truth, double unit) {
+  SurfaceEvaluationOptions options;
+  options.thresholds = fmt::format("{},{},{},{}", 0.25 * unit, 0.5 * unit, unit, 2 * unit);
+  options.unit = DistanceUnit::kWorld;
+  options.num_samples = 40000;
+  options.min_num_views = 0;
+  return EvaluateSurface(mesh, truth, {}, options, RunContext(2));
+}
+
+struct MergingCase {
+  std::string name;
+  World world;
+  PieceOptions first, second;
+};
+void PrintTo(const MergingCase& c, std::ostream* out) { *out << c.name; }
+
+class MergesPieces : public testing::TestWithParam<MergingCase> {};
+
+TEST_P(MergesPieces, IntoOneSurface) {
+  const MergingCase& c = GetParam();
+  const TriangleMesh a = MakePiece(c.world, 0, c.first), b = MakePiece(c.world, 1, c.second);
+  const MergedMesh merged =
+      MergeMeshes({Input("a.ply", a), Input("b.ply", b)}, {}, {}, RunContext(2));
+  const TriangleMesh& mesh = merged.mesh;
+  if (const char* folder = std::getenv("LSMVS_KEEP_MERGED")) {
+    WriteMeshPly(std::string(folder) + "/" + c.name + ".ply", mesh);
+    WriteMeshPly(std::string(folder) + "/" + c.name + "-a.ply", a);
+    WriteMeshPly(std::string(folder) + "/" + c.name + "-b.ply", b);
+  }
+  ExpectValidMesh(mesh);
+  const MeshInspection inspection = Inspect(mesh);
+  EXPECT_EQ(inspection.num_components, 1u);
+  EXPECT_EQ(merged.counters.num_open_seam_edges, 0u);
+  EXPECT_LE(NumCrossings(mesh), NumCrossings(a) + NumCrossings(b));
+  const double edge = std::max(c.first.edge_length, c.second.edge_length);
+  const TriangleMesh truth = TruthOf(c.world, 0.04, 9);
+  const double true_area = Inspect(truth).area;
+  if (c.world != World::kRelief) {
+    EXPECT_EQ(inspection.num_border_edges, 0u);
+    EXPECT_EQ(inspection.Genus(), c.world == World::kTorus ? 1 : 0);
+  }
+  // Noise makes surfaces larger: what the inputs have too much of, the result may have.
+  const double excess_a = Inspect(a).area, excess_b = Inspect(b).area;
+  const double middle = c.world == World::kRelief ? 5 : 0;
+  const double true_a =
+      Inspect(CutPiece(truth, [&](const Eigen::Vector3d& x) { return x.x() < middle + 0.8; })).area;
+  const double true_b =
+      Inspect(CutPiece(truth, [&](const Eigen::Vector3d& x) { return x.x() > middle - 0.8; })).area;
+  const double mean_excess = 0.5 * (excess_a / true_a + excess_b / true_b);
+  std::printf("%-28s area/truth %.4f (inputs %.4f %.4f) new %zu moved %zu crossings %zu (%zu %zu) open %zu offset %.2f edges\n",
+              c.name.c_str(), inspection.area / true_area, excess_a / true_a, excess_b / true_b,
+              merged.counters.num_new_faces, merged.counters.num_moved_vertices, NumCrossings(mesh),
+              NumCrossings(a), NumCrossings(b), merged.counters.num_open_seam_edges,
+              merged.counters.max_offset_edges);
+  EXPECT_NEAR(inspection.area / true_area / mean_excess, 1, 0.01);
+  const auto score = Score(mesh, truth, edge);
+  const auto score_a = Score(a, CutPiece(truth, [&](const Eigen::Vector3d& x) { return x.x() < middle + 0.8; }), edge);
+  const auto score_b = Score(b, CutPiece(truth, [&](const Eigen::Vector3d& x) { return x.x() > middle - 0.8; }), edge);
+  double mean = 0, mean_inputs = 0;
+  for (size_t k = 0; k < score.f1.size(); ++k) {
+    std::printf("   F1 %.4f inputs %.4f %.4f\n", score.f1[k], score_a.f1[k], score_b.f1[k]);
+    EXPECT_GE(score.f1[k], std::min(score_a.f1[k], score_b.f1[k]) - 0.002);
+    mean += score.f1[k];
+    mean_inputs += 0.5 * (score_a.f1[k] + score_b.f1[k]);
+  }
+  EXPECT_GE(mean, mean_inputs - 0.008);
+}
+
+std::vector<MergingCase> Cases() {
+  std::vector<MergingCase> cases;
+  for (const auto& [name, world] : {std::pair("sphere", World::kSphere), {"torus", World::kTorus},
+                                    {"relief", World::kRelief}}) {
+    const auto add = [&](const char* what, const PieceOptions& a, const PieceOptions& b) {
+      cases.push_back({std::string(name) + "_" + what, world, a, b});
+    };
+    add("exact", {0.1}, {0.1});
+    add("noise03", {0.1, 0.3}, {0.1, 0.3});
+    add("noise1", {0.1, 1.0}, {0.1, 1.0});
+    add("white03", {0.1, 0.3, false}, {0.1, 0.3, false});
+    add("offset2", {0.1}, {0.1, 0, true, 2});
+    add("offset2noise", {0.1, 0.3}, {0.1, 0.3, true, 2});
+    add("ratio3", {0.15, 0.3}, {0.05, 0.3});
+    add("ratio10", {0.4, 0.3}, {0.04, 0.3});
+    add("ratio10offset", {0.4, 0.3, true, 1}, {0.04, 0.3});
+  }
+  return cases;
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, MergesPieces, testing::ValuesIn(Cases()),
+                         [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace lsmvs
