@@ -54,7 +54,7 @@ class SurfaceMerger {
       num_band_faces_ += bands_[side].mesh.faces.size();
     }
     context_.ThrowIfCancelled();
-    Tick("bands"); Compare(); Tick("compare");
+    Tick("bands"); Compare(); Tick("compare"); if (std::getenv("DBG")) fprintf(stderr, "conflicts %zu %zu\n", sides_[0]->num_conflict_faces, sides_[1]->num_conflict_faces);
     counters_.num_conflict_faces += sides_[0]->num_conflict_faces + sides_[1]->num_conflict_faces;
     kept_[0] = LabelFirstSurface(*sides_[0], *sides_[1], SeamChoice(), context_);
     context_.Report(0.5);
@@ -88,7 +88,7 @@ class SurfaceMerger {
                                                    options_.max_edges, context_);
     }
     for (int side = 0; side < 2; ++side) {
-      sides_[side]->Classify(*sides_[1 - side], options_.inset);
+      sides_[side]->Classify(*sides_[1 - side], options_.inset, options_.max_edges, context_);
     }
   }
 

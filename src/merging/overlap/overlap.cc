@@ -110,6 +110,50 @@ std::vector<SurfaceMatch> MatchVertices(const BandSurface& surface, const BandSu
   return matches;
 }
 
+namespace {
+
+// Unit vectors at border vertices, in the surface, away from it.
+std::vector<Eigen::Vector3d> OutwardDirections(const BandSurface& surface) {
+  std::vector<Eigen::Vector3d> outward(surface.mesh().vertices.size(), Eigen::Vector3d::Zero());
+  for (size_t f = 0; f < surface.mesh().faces.size(); ++f) {
+    const Eigen::Vector3i& face = surface.mesh().faces[f];
+    for (int k = 0; k < 3; ++k) {
+      if (!surface.topology.IsBorderSide(static_cast<int32_t>(f), k)) continue;
+      const size_t a = static_cast<size_t>(face[k]), b = static_cast<size_t>(face[(k + 1) % 3]);
+      const Eigen::Vector3d along = surface.mesh().vertices[b] - surface.mesh().vertices[a];
+      const Eigen::Vector3d out =
+          along.cross(surface.frames.normal[a] + surface.frames.normal[b]).normalized();
+      outward[a] += along.norm() * out;
+      outward[b] += along.norm() * out;
+    }
+  }
+  for (Eigen::Vector3d& direction : outward) direction.normalize();
+  return outward;
+}
+
+}  // namespace
+
+std::vector<uint8_t> FindEnds(const BandSurface& surface, const std::vector<SurfaceMatch>& matches,
+                              const BandSurface& other, double num_edges, double max_edges,
+                              const RunContext& context) {
+  const std::vector<Eigen::Vector3d> outward = OutwardDirections(surface);
+  std::vector<uint8_t> is_end(matches.size(), 0);
+  ParallelFor(context, matches.size(), kVerticesPerBlock, [&](size_t v) {
+    const SurfaceMatch& match = matches[v];
+    if (outward[v].isZero(0.0) || match.face < 0 || match.at_border) return;
+    const double edge =
+        std::max(surface.frames.edge_length[v], other.EdgeLengthAt(match.face));
+    const auto accept = [&](int32_t face) {
+      return other.NormalAt(face).dot(surface.frames.normal[v]) > 0;
+    };
+    // From the match: surfaces that lie apart do not meet straight out.
+    const SurfaceIndex::Hit hit = other.index.Closest(match.point + num_edges * edge * outward[v],
+                                                      max_edges * edge, accept);
+    is_end[v] = hit.face >= 0 && !other.IsAtBorder(hit.face, hit.point);
+  });
+  return is_end;
+}
+
 double MeanEdgeLength(const TriangleMesh& mesh) {
   double sum = 0;
   for (const Eigen::Vector3i& face : mesh.faces) {

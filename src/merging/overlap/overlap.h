@@ -42,6 +42,12 @@ struct SurfaceMatch {
 std::vector<SurfaceMatch> MatchVertices(const BandSurface& surface, const BandSurface& other,
                                         double max_edges, const RunContext& context);
 
+// Border vertices (#V) beyond which the other surface goes on: `num_edges` edge lengths (of the
+// coarser) straight out from the border it is still there, within `max_edges`.
+std::vector<uint8_t> FindEnds(const BandSurface& surface, const std::vector<SurfaceMatch>& matches,
+                              const BandSurface& other, double num_edges, double max_edges,
+                              const RunContext& context);
+
 // Mean length of the edges of a mesh.
 double MeanEdgeLength(const TriangleMesh& mesh);
 

@@ -13,7 +13,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kNumRimSteps = 12, kNumFieldSteps = 4;
 // Widths of the bands in which a vertex follows its own match, and the smooth offset of the rim.
-constexpr double kOwnWidth = 3, kSmoothWidth = 5, kOffsetWidth = 8;
+constexpr double kOwnWidth = 3, kSmoothWidth = 5, kOffsetWidth = 6;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -43,7 +43,7 @@ std::vector<Eigen::Vector3d> SmoothRimOffsets(const OverlapSide& side,
   std::vector<Eigen::Vector3d> offsets(num_vertices, Eigen::Vector3d::Zero());
   std::vector<uint8_t> is_known(num_vertices, 0);
   for (size_t v = 0; v < num_vertices; ++v) {
-    if (!on_rim[v] || side.matches[v].face < 0) continue;
+    if (!on_rim[v] || side.matches[v].face < 0 || side.matches[v].at_border) continue;
     offsets[v] = side.matches[v].point - side.surface->mesh().vertices[v];
     is_known[v] = 1;
   }

@@ -91,8 +91,14 @@ OverlapSide::OverlapSide(const BandSurface& s, const BandSurface& other, double 
   from_border = FromVertices(s, on_border, 8);
   states.resize(matches.size());
   for (size_t v = 0; v < matches.size(); ++v) {
-    const bool is_over = matches[v].face >= 0 && !matches[v].at_border;
-    states[v] = is_over ? VertexState::kOver : VertexState::kBeside;
+    states[v] = VertexState::kBeside;
+    if (matches[v].face < 0) continue;
+    const double edge = std::max(s.frames.edge_length[v], other.EdgeLengthAt(matches[v].face));
+    if (!matches[v].at_border) {
+      states[v] = VertexState::kOver;
+    } else if (matches[v].distance <= kContinues * edge) {
+      states[v] = VertexState::kAtRim;
+    }
   }
 }
 
@@ -107,16 +113,14 @@ double OverlapSide::AtMatch(const OverlapSide& other, const std::vector<double>&
   return least;
 }
 
-void OverlapSide::Classify(const OverlapSide& other, double inset) {
+void OverlapSide::Classify(const OverlapSide& other, double inset, double max_edges,
+                           const RunContext& context) {
   Patches patches(*this, other);
-  std::vector<uint8_t> is_end(matches.size(), 0), in_conflict(matches.size(), 0);
+  const std::vector<uint8_t> is_end =
+      FindEnds(*surface, matches, *other.surface, kContinues, max_edges, context);
+  std::vector<uint8_t> in_conflict(matches.size(), 0);
   for (size_t v = 0; v < matches.size(); ++v) {
-    if (states[v] == VertexState::kOver) {
-      is_end[v] = surface->topology.IsOnBorder(static_cast<int32_t>(v)) &&
-                  AtMatch(other, other.from_border, matches[v]) >
-                      kContinues * CoarserEdge(*this, other, v);
-      continue;
-    }
+    if (states[v] == VertexState::kOver || states[v] == VertexState::kAtRim) continue;
     const uint32_t patch = patches.sets.Find(static_cast<uint32_t>(v));
     const double rim = static_cast<double>(patches.rim[patch]);
     if (patches.is_open[patch] || rim == 0 ||
@@ -173,6 +177,7 @@ class FirstLabeler {
         return options_.first_wins_conflicts ? 1 : -1;
       case VertexState::kUnclear:
         return 0;
+      case VertexState::kAtRim:
       case VertexState::kOver:
         break;
     }
@@ -217,8 +222,8 @@ class FirstLabeler {
   int32_t EdgeCapacity(size_t a, size_t b) const {
     const double edge = 0.5 * (CoarserEdge(first_, second_, a) + CoarserEdge(first_, second_, b));
     const auto apart = [&](size_t v) {
-      const bool is_over = first_.states[v] == VertexState::kOver;
-      return is_over ? std::min(first_.matches[v].distance / edge, kMaxDistance) : kMaxDistance;
+      const bool has_match = first_.matches[v].face >= 0;
+      return has_match ? std::min(first_.matches[v].distance / edge, kMaxDistance) : kMaxDistance;
     };
     const double length = (mesh_.vertices[a] - mesh_.vertices[b]).norm();
     const double own = 0.5 * (first_.surface->frames.edge_length[a] +
@@ -266,6 +271,9 @@ std::vector<uint8_t> LabelSecondSurface(const OverlapSide& first, const OverlapS
   ParallelFor(context, stays.size(), 1 << 10, [&](size_t v) {
     const SurfaceMatch& match = second.matches[v];
     switch (second.states[v]) {
+      case VertexState::kBeside:
+        stays[v] = kStay;
+        return;
       case VertexState::kUnclear:
         stays[v] = kUnknown;
         return;
@@ -274,10 +282,6 @@ std::vector<uint8_t> LabelSecondSurface(const OverlapSide& first, const OverlapS
         return;
       default:
         break;
-    }
-    if (match.face < 0) {
-      stays[v] = kStay;
-      return;
     }
     const double edge = second.surface->frames.edge_length[v];
     stays[v] = !first_labels[Index(match.face)] &&

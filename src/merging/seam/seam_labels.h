@@ -11,6 +11,7 @@ namespace lsmvs {
 // How a vertex lies to the other surface.
 enum class VertexState : uint8_t {
   kOver,      // the other surface is there, too
+  kAtRim,     // by the border of the other: both end here, or nearly
   kBeside,    // beyond the border of the other, or far from it: only this surface is there
   kUnclear,   // in a small patch for which no match was found
   kConflict,  // in a patch that parts from the other surface where that goes on
@@ -24,13 +25,14 @@ struct OverlapSide {
   const BandSurface* surface;
   std::vector<SurfaceMatch> matches;   // #V
   std::vector<double> from_border;     // #V: distance along the surface from any border of it
-  std::vector<VertexState> states;     // #V, after Classify()
+  std::vector<VertexState> states;     // #V
   std::vector<double> from_end;        // #V: from border over which the other surface goes on
   std::vector<double> from_conflict;   // #V: from vertices in conflict
   size_t num_conflict_faces = 0;
 
   // Both sides must have been made. `inset` edge lengths is as far as distances are looked at.
-  void Classify(const OverlapSide& other, double inset);
+  void Classify(const OverlapSide& other, double inset, double max_edges,
+                const RunContext& context);
   // A distance of the other side's vertices at the match of v.
   static double AtMatch(const OverlapSide& other, const std::vector<double>& distance,
                         const SurfaceMatch& match);

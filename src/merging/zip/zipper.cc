@@ -343,7 +343,9 @@ class Zipper {
     const std::vector<int32_t> next = BorderNow();
     for (size_t v = 0; v < next.size(); ++v) {
       if (next[v] < 0) continue;
-      result_.num_open_edges += !IsOldOrCut(static_cast<int32_t>(v), next[v]);
+      // Where a seam ends at the borders of both surfaces, a bridge closes it.
+      const bool is_bridge = problem_.side[v] != problem_.side[Index(next[v])];
+      result_.num_open_edges += !is_bridge && !IsOldOrCut(static_cast<int32_t>(v), next[v]);
     }
   }
 
