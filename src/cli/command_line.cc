@@ -166,10 +166,14 @@ std::vector<Assignment> KeepKnown(const std::vector<Assignment>& assignments,
   return kept;
 }
 
+// Values of a list replace those that it had before.
 void SetAll(const std::vector<Assignment>& assignments, const OptionSet& options, bool grouped) {
+  std::set<const OptionSet::Entry*> begun;
   for (const auto& [name, text] : assignments) {
     if (HasGroup(name) != grouped || MeansDefault(name, text)) continue;
-    options.Find(Canonical(name))->set(text);
+    const OptionSet::Entry* entry = options.Find(Canonical(name));
+    if (entry->is_list() && begun.insert(entry).second) entry->clear();
+    entry->set(text);
   }
 }
 
@@ -189,12 +193,12 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const Op
       if (name == entry.name) names += ",--" + synonym;
     }
     if (entry.name == positional) names += "," + positional;
-    app.add_option_function<std::string>(names,
-                                         [&line, name = entry.name](const std::string& text) {
-                                           line.assignments.emplace_back(name, text);
-                                         })
-        ->take_last()
-        ->expected(1);
+    const auto assign = [&line, name = entry.name](const std::vector<std::string>& texts) {
+      for (const std::string& text : texts) line.assignments.emplace_back(name, text);
+    };
+    CLI::Option* option = app.add_option_function<std::vector<std::string>>(names, assign);
+    option->allow_extra_args(false);  // one value each time it is given
+    if (!entry.is_list()) option->take_last()->expected(1);
   }
   std::vector<std::string> reversed =
       JoinValues(LeaveOutMeaningless(arguments, without_meaning, &line.without_meaning), options);

@@ -26,6 +26,7 @@ std::string Sentence(std::string text) {
 // Meaning, allowed values, default.
 std::string EntryText(const OptionSet::Entry& entry) {
   std::string text = Sentence(entry.help);
+  if (entry.is_list()) text += " May be given several times.";
   if (!entry.bounds.empty()) text += fmt::format(" Allowed: {}.", entry.bounds);
   if (!entry.default_value.empty()) text += fmt::format(" Default: {}.", entry.default_value);
   return text;

@@ -28,6 +28,8 @@ constexpr double kMaxOppositeShare = 0.5;
 // the offset is a median, and noise has tails.
 constexpr double kMatchingOffsets = 3, kMatchingMargin = 3;
 
+const Eigen::Matrix<uint8_t, 3, 1> kGrey(160, 160, 160);
+
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
 template <class Value>
@@ -95,6 +97,7 @@ class Merger {
 
   SourcedMesh MakePart(size_t i) {
     SourcedMesh part;
+    num_vertices_.push_back(inputs_[i].mesh.vertices.size());
     part.mesh.vertices = std::exchange(inputs_[i].mesh.vertices, {});
     part.mesh.faces = std::exchange(inputs_[i].mesh.faces, {});
     part.is_changed.assign(part.mesh.vertices.size(), 0);
@@ -214,7 +217,7 @@ class Merger {
     TriangleMesh& mesh = result.mesh;
     mesh.vertices = std::move(merged_.mesh.vertices);
     mesh.faces = std::move(merged_.mesh.faces);
-    Carry(&TriangleMesh::vertex_colors, &mesh);
+    CarryColors(&mesh);
     Carry(&TriangleMesh::vertex_quality, &mesh);
     CarryNormals(&mesh);
     CarryViews(&result);
@@ -223,7 +226,31 @@ class Merger {
           return c != 0;
         }));
     result.counters = counters_;
+    AddMessages();
+    result.messages = std::move(messages_);
     return result;
+  }
+
+  void AddMessages() {
+    const auto has_views = [](const MergingInput& input) { return !input.view_begin.empty(); };
+    const auto num_with_views = std::count_if(inputs_.begin(), inputs_.end(), has_views);
+    if (num_with_views > 0 && static_cast<size_t>(num_with_views) < inputs_.size()) {
+      messages_.push_back("not all meshes have views: the result has none");
+    }
+    if (counters_.num_repaired_faces > 0 || counters_.num_split_vertices > 0) {
+      messages_.push_back(fmt::format(
+          "the meshes were no manifolds: {} faces without area, double or turned over were left "
+          "out, {} vertices split",
+          counters_.num_repaired_faces, counters_.num_split_vertices));
+    }
+    if (counters_.num_open_seam_edges > 0) {
+      messages_.push_back(
+          fmt::format("{} edges along seams stay open", counters_.num_open_seam_edges));
+    }
+    if (counters_.num_seam_crossings > 0) {
+      messages_.push_back(
+          fmt::format("{} pairs of faces at seams cross", counters_.num_seam_crossings));
+    }
   }
 
   template <class Value>
@@ -234,6 +261,19 @@ class Merger {
     for (const VertexSource& source : merged_.sources) {
       (mesh->*attribute).push_back((inputs_[Index(source.input)].mesh.*attribute)[Index(source.vertex)]);
     }
+  }
+
+  void CarryColors(TriangleMesh* mesh) {
+    const auto has_colors = [](const MergingInput& input) {
+      return !input.mesh.vertex_colors.empty();
+    };
+    if (std::none_of(inputs_.begin(), inputs_.end(), has_colors)) return;
+    for (MergingInput& input : inputs_) {
+      if (has_colors(input)) continue;
+      messages_.push_back(input.name + " has no colours: what comes from it is grey");
+      input.mesh.vertex_colors.assign(num_vertices_[static_cast<size_t>(&input - inputs_.data())], kGrey);
+    }
+    Carry(&TriangleMesh::vertex_colors, mesh);
   }
 
   void CarryNormals(TriangleMesh* mesh) const {
@@ -265,10 +305,12 @@ class Merger {
   const std::vector<View>& views_;
   const MeshMergerOptions& options_;
   const RunContext& context_;
+  std::vector<size_t> num_vertices_;  // of the inputs
   std::vector<SourcedMesh> parts_;
   SourcedMesh merged_;
   std::string names_;  // of what is merged so far
   MeshMergerCounters counters_;
+  std::vector<std::string> messages_;
 };
 
 }  // namespace

@@ -66,12 +66,14 @@ struct MeshMergerCounters {
 };
 
 struct MergedMesh {
-  // Colours, normals and quality if all inputs have them. Normals of changed vertices are new.
+  // Normals and quality if all inputs have them, colours if one has: vertices of the others are
+  // grey. Normals of changed vertices are new.
   TriangleMesh mesh;
   // As in MergingInput; empty unless all inputs have views.
   std::vector<uint64_t> view_begin;
   std::vector<uint32_t> view_idxs;
   MeshMergerCounters counters;
+  std::vector<std::string> messages;  // what the user should know, one sentence each
 };
 
 // One mesh of several that overlap, in one frame, whatever made them: each place is shown by one of

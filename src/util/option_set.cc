@@ -129,6 +129,15 @@ void OptionSet::Add(const std::string& name, std::string* value, const std::stri
   Push(std::move(entry));
 }
 
+void OptionSet::Add(const std::string& name, std::vector<std::string>* values,
+                    const std::string& help) {
+  Entry entry{name, help, "TEXT", "", {}, {}, {}, {}};
+  entry.get = [values] { return fmt::format("{}", fmt::join(*values, ", ")); };
+  entry.set = [values](const std::string& text) { values->push_back(text); };
+  entry.clear = [values] { values->clear(); };
+  Push(std::move(entry));
+}
+
 void OptionSet::Add(const std::string& name, std::optional<int>* value, const std::string& help,
                     Range<int> range) {
   Push(OptionalEntry(name, value, help, range));

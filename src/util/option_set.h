@@ -32,10 +32,14 @@ class OptionSet {
     std::string bounds;         // "[0, 1]", or empty
     std::string default_value;  // as text; empty for an optional that is not set
     std::function<std::string()> get;
-    // Throws UsageError that names option, value and what is allowed.
+    // Throws UsageError that names option, value and what is allowed. Of a list it adds one value.
     std::function<void(const std::string&)> set;
     // Empty if the present value is within its bounds.
     std::function<std::string()> violation;
+    // Of a list, which may be given several times, once for each value: empties it.
+    std::function<void()> clear = {};
+
+    bool is_list() const { return clear != nullptr; }
   };
 
   void Add(const std::string& name, bool* value, const std::string& help);
@@ -43,6 +47,7 @@ class OptionSet {
   void Add(const std::string& name, double* value, const std::string& help,
            Range<double> range = {});
   void Add(const std::string& name, std::string* value, const std::string& help);
+  void Add(const std::string& name, std::vector<std::string>* values, const std::string& help);
   void Add(const std::string& name, std::optional<int>* value, const std::string& help,
            Range<int> range = {});
   void Add(const std::string& name, std::optional<double>* value, const std::string& help,

@@ -56,6 +56,48 @@ std::string UsageMessage(const std::vector<std::string>& arguments) {
   return "no error";
 }
 
+struct ListOptions {
+  std::vector<std::string> inputs;
+  bool overwrite = false;
+
+  void Describe(OptionSet* set) {
+    set->Add("input_path", &inputs, "Files.");
+    set->Add("overwrite", &overwrite, "Replace files.");
+  }
+};
+
+std::vector<std::string> ParseList(const std::vector<std::string>& arguments,
+                                   const std::vector<Assignment>& ini = {}) {
+  ListOptions options;
+  OptionSet set;
+  options.Describe(&set);
+  const CommandLine line = ParseCommandLine(arguments, set, "input_path");
+  ApplyAssignments(ini, line.assignments, set, [] {});
+  return options.inputs;
+}
+
+TEST(CommandLine, ListsTakeAllValuesInOrder) {
+  using testing::ElementsAre;
+  EXPECT_THAT(ParseList({"--input_path", "b", "--overwrite", "--input_path=a", "--input_path", "c"}),
+              ElementsAre("b", "a", "c"));
+  EXPECT_THAT(ParseList({"x"}), ElementsAre("x"));
+  EXPECT_THAT(ParseList({}), ElementsAre());
+  EXPECT_THAT(ParseList({}, {{"input_path", "p"}, {"input_path", "q"}}), ElementsAre("p", "q"));
+  // The command line's replace those of the ini file.
+  EXPECT_THAT(ParseList({"--input_path", "z"}, {{"input_path", "p"}, {"input_path", "q"}}),
+              ElementsAre("z"));
+}
+
+TEST(CommandLine, HelpSaysOfListsThatTheyMayBeRepeated) {
+  ListOptions options;
+  OptionSet own, common;
+  options.Describe(&own);
+  CommandInfo info;
+  info.name = "test";
+  EXPECT_THAT(CommandHelp("lsmvs test", info, own, common),
+              HasSubstr("Files. May be given several times."));
+}
+
 TEST(CommandLine, TakesValuesFlagsAndThePositional) {
   const Parsed parsed =
       Parse({"--overwrite", "folder", "--max_image_size", "-1", "--Group.max_error=0.25"});

@@ -27,14 +27,6 @@ struct PieceOptions {
   double offset = 0;                // in edge lengths, along (0, 0.6, 0.8)
 };
 
-double MeanEdge(const TriangleMesh& mesh) {
-  double sum = 0;
-  for (const Eigen::Vector3i& f : mesh.faces) {
-    for (int k = 0; k < 3; ++k) sum += (mesh.vertices[f[k]] - mesh.vertices[f[(k + 1) % 3]]).norm();
-  }
-  return sum / (3.0 * static_cast<double>(mesh.faces.size()));
-}
-
 enum class World { kSphere, kTorus, kRelief };
 
 TriangleMesh TruthOf(World world, double edge_length, uint64_t seed) {
@@ -55,7 +47,7 @@ TriangleMesh MakePiece(World world, int index, const PieceOptions& options) {
   mesh = CutPiece(mesh, [&](const Eigen::Vector3d& x) {
     return index == 0 ? x.x() < middle + 0.8 : x.x() > middle - 0.8;
   });
-  const double edge = MeanEdge(mesh);
+  const double edge = MeanEdgeLength(mesh);
   AddNormalNoise(options.noise * edge, options.is_smooth ? 3 * edge : 0,
                  static_cast<uint64_t>(index) + 7, &mesh);
   for (Eigen::Vector3d& x : mesh.vertices) {

@@ -154,18 +154,6 @@ std::vector<uint8_t> FindEnds(const BandSurface& surface, const std::vector<Surf
   return is_end;
 }
 
-double MeanEdgeLength(const TriangleMesh& mesh) {
-  double sum = 0;
-  for (const Eigen::Vector3i& face : mesh.faces) {
-    for (int k = 0; k < 3; ++k) {
-      sum += (mesh.vertices[static_cast<size_t>(face[k])] -
-              mesh.vertices[static_cast<size_t>(face[(k + 1) % 3])])
-                 .norm();
-    }
-  }
-  return mesh.faces.empty() ? 0 : sum / static_cast<double>(3 * mesh.faces.size());
-}
-
 std::vector<uint8_t> FacesNear(const TriangleMesh& mesh, const TriangleMesh& other, double reach) {
   std::vector<uint8_t> is_near(mesh.faces.size(), 0);
   if (mesh.faces.empty() || other.faces.empty()) return is_near;

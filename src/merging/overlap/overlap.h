@@ -48,9 +48,6 @@ std::vector<uint8_t> FindEnds(const BandSurface& surface, const std::vector<Surf
                               const BandSurface& other, double num_edges, double max_edges,
                               const RunContext& context);
 
-// Mean length of the edges of a mesh.
-double MeanEdgeLength(const TriangleMesh& mesh);
-
 // Faces of `mesh` (#F) within about `reach` (between it and three times as far) of a face of
 // `other`. O(#F); 8 bytes a face of `other` and cell of a grid of that size.
 std::vector<uint8_t> FacesNear(const TriangleMesh& mesh, const TriangleMesh& other, double reach);
