@@ -11,8 +11,11 @@
 #include <utility>
 
 #include "lsmvs/merging/input_check.h"
+#include "lsmvs/merging/overlap/free_space.h"
 #include "lsmvs/merging/overlap/overlap.h"
 #include "lsmvs/merging/surface_merging.h"
+#include "lsmvs/merging/tetrahedra/tetrahedral_patch.h"
+#include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/hash.h"
 
@@ -22,6 +25,10 @@ namespace {
 
 // Edge lengths within which registration is measured.
 constexpr double kMeasuringReach = 40;
+// Edge lengths around an overlap, or a place of trouble, that a new surface takes in.
+constexpr double kPatchReach = 8;
+// Edge lengths before the other mesh where nothing can be if its views are right.
+constexpr double kFreeSpaceMargin = 6;
 constexpr size_t kMinSamplesOver = 10;
 constexpr double kMaxOppositeShare = 0.5;
 // Surfaces are matched up to this many times the offset that was measured, and edge lengths beyond:
@@ -177,13 +184,90 @@ class Merger {
     surface.max_edges = kMatchingOffsets * registration.offset_edges + kMatchingMargin;
     surface.inset = options_.inset;
     surface.first_wins_conflicts = FirstWinsConflicts(first, second);
+    surface.in_free_space = FreeSpaceTest(context);
     SurfaceMergingCounters counters;
-    merged_ = MergeSurfaces(first, second, surface, context, &counters);
+    if (options_.method == MergingMethod::kTetrahedra) {
+      const double reach = kPatchReach * CoarserEdgeLength(first, second);
+      const PatchFaces faces = {FacesNear(first.mesh, second.mesh, reach),
+                                FacesNear(second.mesh, first.mesh, reach)};
+      merged_ = MergeThroughPatch(first, second, faces, surface, context, &counters);
+    } else {
+      SourcedMesh joined = MergeSurfaces(first, second, surface, context, &counters);
+      if (options_.method == MergingMethod::kAuto && !counters.trouble.empty()) {
+        MendTrouble(first, second, surface, context, &joined, &counters);
+      }
+      merged_ = std::move(joined);
+    }
     counters_.num_dropped_faces += counters.num_dropped_faces;
     counters_.num_new_faces += counters.num_new_faces;
     counters_.num_open_seam_edges += counters.num_open_edges;
     counters_.num_seam_crossings += counters.num_crossings;
     counters_.num_conflict_faces += counters.num_conflict_faces;
+  }
+
+  // A new surface through tetrahedra in place of the faces, joined to what is left of both meshes.
+  static SourcedMesh MergeThroughPatch(const SourcedMesh& first, const SourcedMesh& second,
+                                       const PatchFaces& faces,
+                                       const SurfaceMergingOptions& options,
+                                       const RunContext& context,
+                                       SurfaceMergingCounters* counters) {
+    const TetrahedralPatchOptions patch_options{options.max_edges, options.first_wins_conflicts};
+    SourcedMesh patch = MakeTetrahedralPatch(first, second, faces, patch_options, context);
+    if (patch.mesh.faces.empty()) return MergeSurfaces(first, second, options, context, counters);
+    patch.is_preferred.assign(patch.mesh.vertices.size(), 1);
+    SurfaceMergingOptions join = options;
+    join.in_free_space = nullptr;  // the patch has decided
+    join.first_wins_conflicts = true;
+    SourcedMesh merged = MergeSurfaces(patch, first, join, context, counters);
+    merged = MergeSurfaces(merged, second, join, context, counters);
+    merged.is_preferred.clear();
+    return merged;
+  }
+
+  // Where the meshes contradict each other or could not be zipped, through tetrahedra. The result is
+  // taken if it is not worse.
+  static void MendTrouble(const SourcedMesh& first, const SourcedMesh& second,
+                          const SurfaceMergingOptions& options, const RunContext& context,
+                          SourcedMesh* joined, SurfaceMergingCounters* counters) {
+    TriangleMesh trouble;
+    trouble.vertices = counters->trouble;
+    for (size_t i = 0; i < trouble.vertices.size(); ++i) {
+      trouble.faces.push_back(Eigen::Vector3i::Constant(static_cast<int>(i)));
+    }
+    const double reach = kPatchReach * CoarserEdgeLength(first, second);
+    const PatchFaces faces = {FacesNear(first.mesh, trouble, reach),
+                              FacesNear(second.mesh, trouble, reach)};
+    SurfaceMergingCounters mended_counters;
+    SourcedMesh mended =
+        MergeThroughPatch(first, second, faces, options, context, &mended_counters);
+    const auto faults = [](const SurfaceMergingCounters& c) {
+      return c.num_open_edges + c.num_crossings;
+    };
+    if (faults(mended_counters) > faults(*counters)) return;
+    mended_counters.num_conflict_faces = counters->num_conflict_faces;
+    *joined = std::move(mended);
+    *counters = std::move(mended_counters);
+  }
+
+  // Nothing without views.
+  std::function<std::vector<uint8_t>(const SourcedMesh&, const SourcedMesh&)> FreeSpaceTest(
+      const RunContext& context) const {
+    const bool has_views = std::all_of(inputs_.begin(), inputs_.end(), [](const MergingInput& i) {
+      return !i.view_begin.empty();
+    });
+    if (!has_views || views_.empty()) return nullptr;
+    return [this, &context](const SourcedMesh& mesh, const SourcedMesh& other) {
+      const auto visit_views = [this](const VertexSource& source,
+                                      const std::function<void(uint32_t)>& visit) {
+        const MergingInput& input = inputs_[Index(source.input)];
+        const size_t v = Index(source.vertex);
+        for (uint64_t k = input.view_begin[v]; k < input.view_begin[v + 1]; ++k) {
+          visit(input.view_idxs[k]);
+        }
+      };
+      const double margin = kFreeSpaceMargin * CoarserEdgeLength(mesh, other);
+      return FindVerticesInFreeSpace(mesh.mesh, other, views_, visit_views, margin, context);
+    };
   }
 
   double MeanNumViews(const SourcedMesh& mesh) const {

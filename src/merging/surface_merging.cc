@@ -12,6 +12,7 @@
 #include "lsmvs/merging/seam/seam_labels.h"
 #include "lsmvs/merging/zip/untangling.h"
 #include "lsmvs/merging/zip/zipper.h"
+#include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/mesh/face_sides.h"
 #include "lsmvs/mesh/repair.h"
 
@@ -21,7 +22,7 @@ namespace {
 
 // Edge lengths around the other mesh that are worked on.
 constexpr double kReach = 20;
-constexpr double kMaxBlendWidth = 18;
+constexpr double kMinSmoothWidth = 3, kMaxBlendWidth = 18;
 // Growth of edges with the distance from the seam.
 constexpr double kGrowth = 0.3;
 constexpr double kClearance = 0.6;
@@ -54,8 +55,19 @@ class SurfaceMerger {
       num_band_faces_ += bands_[side].mesh.faces.size();
     }
     context_.ThrowIfCancelled();
+    if (options_.in_free_space) {
+      for (int side = 0; side < 2; ++side) {
+        in_free_space_[side] = options_.in_free_space(*whole_[side], *whole_[1 - side]);
+      }
+    }
     Tick("bands"); Compare(); Tick("compare"); if (std::getenv("DBG")) fprintf(stderr, "conflicts %zu %zu\n", sides_[0]->num_conflict_faces, sides_[1]->num_conflict_faces);
     counters_.num_conflict_faces += sides_[0]->num_conflict_faces + sides_[1]->num_conflict_faces;
+    for (const auto& side : sides_) {
+      for (size_t v = 0; v < side->states.size(); ++v) {
+        if (side->states[v] != VertexState::kConflict) continue;
+        counters_.trouble.push_back(side->surface->mesh().vertices[v]);
+      }
+    }
     kept_[0] = LabelFirstSurface(*sides_[0], *sides_[1], SeamChoice(), context_);
     context_.Report(0.5);
     Tick("cut"); Refine(); Tick("refine");
@@ -74,7 +86,6 @@ class SurfaceMerger {
     SeamOptions choice;
     choice.inset = options_.inset;
     choice.first_wins_conflicts = options_.first_wins_conflicts;
-    choice.first_gain = options_.first_gain;
     return choice;
   }
 
@@ -88,8 +99,31 @@ class SurfaceMerger {
                                                    options_.max_edges, context_);
     }
     for (int side = 0; side < 2; ++side) {
+      sides_[side]->in_free_space = BandFlags(side, in_free_space_[side]);
+    }
+    for (int side = 0; side < 2; ++side) {
       sides_[side]->Classify(*sides_[1 - side], options_.inset, options_.max_edges, context_);
     }
+  }
+
+  // Flags of the whole's vertices for those of the band; a vertex that was added takes its
+  // neighbours'.
+  std::vector<uint8_t> BandFlags(int side, const std::vector<uint8_t>& whole_flags) const {
+    std::vector<uint8_t> flags;
+    if (whole_flags.empty()) return flags;
+    const std::vector<int32_t>& whole_vertex = bands_[side].whole_vertex;
+    flags.assign(whole_vertex.size(), 0);
+    for (size_t v = 0; v < flags.size(); ++v) {
+      if (whole_vertex[v] >= 0) flags[v] = whole_flags[Index(whole_vertex[v])];
+    }
+    // Later vertices halve edges between earlier ones.
+    for (size_t v = 0; v < flags.size(); ++v) {
+      if (whole_vertex[v] >= 0) continue;
+      surfaces_[side]->topology.ForNeighbors(static_cast<int32_t>(v), [&](int32_t w) {
+        if (Index(w) < v) flags[v] |= flags[Index(w)];
+      });
+    }
+    return flags;
   }
 
   // The vertices of the seam on the first surface, with the edge length of the finer one.
@@ -150,8 +184,8 @@ class SurfaceMerger {
   void Blend() {
     for (int side = 0; side < 2; ++side) {
       displacements_[side] =
-          BlendTowardsMatches(*sides_[side], kept_[side], Share(side), kMaxBlendWidth * edge_,
-                              &from_rim_[side]);
+          BlendTowardsMatches(*sides_[side], kept_[side], Share(side), kMinSmoothWidth * edge_,
+                              kMaxBlendWidth * edge_, &band_may_move_[side]);
     }
   }
 
@@ -166,7 +200,8 @@ class SurfaceMerger {
     problem.cut_edges = cut_edges_;
     const ZipResult zip = ZipRims(problem); Tick("zip");
     counters_.num_new_faces += zip.faces.size();
-    counters_.num_open_edges += zip.num_open_edges;
+    counters_.num_open_edges += zip.open_vertices.size();
+    for (const int32_t v : zip.open_vertices) counters_.trouble.push_back(joined_.vertices[Index(v)]);
     num_old_faces_ = joined_.faces.size();
     joined_.faces.insert(joined_.faces.end(), zip.faces.begin(), zip.faces.end());
     counters_.num_crossings +=
@@ -219,7 +254,7 @@ class SurfaceMerger {
     edge_length_.push_back(edge);
     normal_.push_back(surfaces_[side]->frames.normal[v]);
     has_moved_.push_back(!moved.isZero(0.0));
-    may_move_.push_back(from_rim_[side][v] < 1e300 && !band.is_fixed[v]);
+    may_move_.push_back(band_may_move_[side][v]);
     origin_.push_back({side, static_cast<int32_t>(v)});
   }
 
@@ -252,19 +287,21 @@ class SurfaceMerger {
         if (in_joined[v] == kUnused) continue;
         whole_place[side][v] = static_cast<int32_t>(result.mesh.vertices.size());
         if (in_joined[v] == kOutside) {
-          Append(whole.mesh.vertices[v], whole.sources[v], whole.is_changed[v], &result);
+          Append(whole.mesh.vertices[v], whole.sources[v], whole.is_changed[v],
+                 IsPreferred(whole, v), &result);
           continue;
         }
         const size_t j = Index(in_joined[v]);
         joined_place[j] = whole_place[side][v];
         Append(joined_.vertices[j], whole.sources[v],
-               whole.is_changed[v] || has_moved_[j] || at_new_face[j], &result);
+               whole.is_changed[v] || has_moved_[j] || at_new_face[j], IsPreferred(whole, v),
+               &result);
       }
       for (size_t v = 0; v < place_[side].size(); ++v) {
         if (band.whole_vertex[v] >= 0 || place_[side][v] < 0) continue;
         const size_t j = Index(place_[side][v]);
         joined_place[j] = static_cast<int32_t>(result.mesh.vertices.size());
-        Append(joined_.vertices[j], band.sources[v], true, &result);
+        Append(joined_.vertices[j], band.sources[v], true, band.is_preferred[v] != 0, &result);
       }
     }
     size_t num_kept = 0;
@@ -292,11 +329,16 @@ class SurfaceMerger {
   // New faces are listed with the second surface's.
   int SideOf(size_t f) const { return f < num_old_faces_ ? face_side_[f] : 1; }
 
+  static bool IsPreferred(const SourcedMesh& mesh, size_t v) {
+    return !mesh.is_preferred.empty() && mesh.is_preferred[v];
+  }
+
   static void Append(const Eigen::Vector3d& x, const VertexSource& source, bool is_changed,
-                     SourcedMesh* mesh) {
+                     bool is_preferred, SourcedMesh* mesh) {
     mesh->mesh.vertices.push_back(x);
     mesh->sources.push_back(source);
     mesh->is_changed.push_back(is_changed);
+    mesh->is_preferred.push_back(is_preferred);
   }
 
   static constexpr int32_t kUnused = -1, kOutside = -2;
@@ -313,13 +355,14 @@ class SurfaceMerger {
   double edge_ = 0;
   std::array<double, 2> mean_edge_ = {};
   std::array<std::vector<uint8_t>, 2> in_band_;  // #F of the wholes
+  std::array<std::vector<uint8_t>, 2> in_free_space_;  // #V of the wholes, or empty
   std::array<MeshBand, 2> bands_;
   size_t num_band_faces_ = 0;
   std::array<std::unique_ptr<BandSurface>, 2> surfaces_;
   std::array<std::unique_ptr<OverlapSide>, 2> sides_;
   std::array<std::vector<uint8_t>, 2> kept_;  // #F of the bands
   std::array<std::vector<Eigen::Vector3d>, 2> displacements_;
-  std::array<std::vector<double>, 2> from_rim_;
+  std::array<std::vector<uint8_t>, 2> band_may_move_;
   std::array<std::vector<int32_t>, 2> place_;  // of the bands' vertices in the joined mesh
   // What is kept of both bands, then the seam's faces.
   TriangleMesh joined_;

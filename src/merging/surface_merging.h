@@ -1,6 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <functional>
+#include <vector>
 
 #include "lsmvs/merging/overlap/mesh_band.h"
 #include "lsmvs/merging/overlap/overlap.h"
@@ -13,8 +16,9 @@ struct SurfaceMergingOptions {
   double max_edges = 6;
   // Whether patches of the first mesh that contradict the second stay, and those of the second go.
   bool first_wins_conflicts = true;
-  // Seam edges by which a face of the first mesh is preferred where resolutions are equal.
-  double first_gain = 0;
+  // Given a mesh and the other: which vertices of the first stand in space that the second's views
+  // saw empty. May be empty.
+  std::function<std::vector<uint8_t>(const SourcedMesh&, const SourcedMesh&)> in_free_space;
   // Edge lengths that the seam keeps from where a mesh ends.
   double inset = 3;
 };
@@ -25,6 +29,8 @@ struct SurfaceMergingCounters {
   size_t num_open_edges = 0;      // of the seam, that found no partner
   size_t num_crossings = 0;       // pairs of faces at the seam that cross
   size_t num_conflict_faces = 0;  // of both
+  // Where the meshes contradict each other or were not joined.
+  std::vector<Eigen::Vector3d> trouble;
 };
 
 // Joins two meshes that agree where they overlap, along a seam (thesis, 5.2.3). Each face of the

@@ -10,14 +10,6 @@ Eigen::Vector3d FaceNormalTimesTwiceArea(const TriangleMesh& mesh, size_t face) 
       .cross(mesh.vertices[f[2]] - mesh.vertices[f[0]]);
 }
 
-double MeanEdgeLength(const TriangleMesh& mesh) {
-  double sum = 0;
-  for (const Eigen::Vector3i& f : mesh.faces) {
-    for (int c = 0; c < 3; ++c) sum += (mesh.vertices[f[(c + 1) % 3]] - mesh.vertices[f[c]]).norm();
-  }
-  return mesh.faces.empty() ? 0 : sum / (3 * static_cast<double>(mesh.faces.size()));
-}
-
 std::vector<Eigen::Vector3f> ComputeVertexNormals(const TriangleMesh& mesh) {
   std::vector<Eigen::Vector3d> sums(mesh.vertices.size(), Eigen::Vector3d::Zero());
   for (size_t f = 0; f < mesh.faces.size(); ++f) {

@@ -21,9 +21,6 @@ struct TriangleMesh {
 // Twice the area times the unit normal of a face.
 Eigen::Vector3d FaceNormalTimesTwiceArea(const TriangleMesh& mesh, size_t face);
 
-// Mean length of the edges of the faces; 0 without faces.
-double MeanEdgeLength(const TriangleMesh& mesh);
-
 // Area-weighted vertex normals of unit length; zero for vertices without (proper) faces.
 std::vector<Eigen::Vector3f> ComputeVertexNormals(const TriangleMesh& mesh);
 

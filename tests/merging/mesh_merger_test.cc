@@ -10,12 +10,14 @@
 #include <numbers>
 
 #include "lsmvs/evaluation/surface_evaluator.h"
+#include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/inspect.h"
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/synthetic/analytic_shapes.h"
 #include "lsmvs/synthetic/overlapping_pieces.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
+#include "lsmvs/util/error.h"
 
 namespace lsmvs {
 namespace {
@@ -159,6 +161,152 @@ std::vector<MergingCase> Cases() {
 
 INSTANTIATE_TEST_SUITE_P(Worlds, MergesPieces, testing::ValuesIn(Cases()),
                          [](const auto& test) { return test.param.name; });
+
+
+// A bumpy plane [0, 10] x [0, 6] in two halves.
+std::vector<TriangleMesh> ReliefHalves() {
+  const PieceOptions options{0.15, 0.2};
+  return {MakePiece(World::kRelief, 0, options), MakePiece(World::kRelief, 1, options)};
+}
+
+bool HasVertex(const TriangleMesh& mesh, const Eigen::Vector3d& x) {
+  return std::find(mesh.vertices.begin(), mesh.vertices.end(), x) != mesh.vertices.end();
+}
+
+TEST(MeshMerger, KeepsWhatIsFarFromTheSeam) {
+  const auto pieces = ReliefHalves();
+  const TriangleMesh mesh =
+      MergeMeshes({Input("a", pieces[0]), Input("b", pieces[1])}, {}, {}, RunContext(1)).mesh;
+  for (const TriangleMesh& piece : pieces) {
+    for (const Eigen::Vector3d& x : piece.vertices) {
+      if (std::abs(x.x() - 5) > 3.5) EXPECT_TRUE(HasVertex(mesh, x)) << x.transpose();
+    }
+  }
+}
+
+TEST(MeshMerger, MergesThreeInAnyOrder) {
+  const TriangleMesh whole = ReliefMesh(0.15, 3);
+  std::vector<MergingInput> inputs;
+  for (const auto& [begin, end] : {std::pair(0.0, 4.2), {3.0, 7.0}, {5.8, 10.0}}) {
+    TriangleMesh piece = CutPiece(ReliefMesh(0.15, inputs.size() + 4), [&, b = begin, e = end](
+                                                                           const auto& x) {
+      return x.x() > b && x.x() < e;
+    });
+    for (Eigen::Vector3d& x : piece.vertices) x = x.cast<float>().cast<double>();
+    inputs.push_back(Input(std::string(1, static_cast<char>('a' + inputs.size())), piece));
+  }
+  const MergedMesh first = MergeMeshes(inputs, {}, {}, RunContext(2));
+  ExpectValidMesh(first.mesh);
+  EXPECT_EQ(Inspect(first.mesh).num_components, 1u);
+  EXPECT_EQ(Inspect(first.mesh).euler_characteristic, 1);
+  std::vector<size_t> order = {0, 1, 2};
+  while (std::next_permutation(order.begin(), order.end())) {
+    const MergedMesh again = MergeMeshes({inputs[order[0]], inputs[order[1]], inputs[order[2]]}, {},
+                                         {}, RunContext(1));
+    EXPECT_EQ(again.mesh.vertices, first.mesh.vertices);
+    EXPECT_EQ(again.mesh.faces, first.mesh.faces);
+  }
+}
+
+TEST(MeshMerger, FillsHolesThatTheOtherCovers) {
+  const TriangleMesh holed = CutPiece(ReliefMesh(0.15, 1), [](const Eigen::Vector3d& x) {
+    return x.x() < 7 && (x.head<2>() - Eigen::Vector2d(4, 3)).norm() > 0.8;
+  });
+  const TriangleMesh other =
+      CutPiece(ReliefMesh(0.15, 2), [](const Eigen::Vector3d& x) { return x.x() > 2; });
+  const TriangleMesh mesh =
+      MergeMeshes({Input("a", holed), Input("b", other)}, {}, {}, RunContext(2)).mesh;
+  ExpectValidMesh(mesh);
+  EXPECT_EQ(Inspect(mesh).euler_characteristic, 1);  // a disc
+}
+
+TEST(MeshMerger, TakesOneOfTwoContradictingPatches) {
+  // A box-like hill that only one of both has.
+  TriangleMesh with_hill = ReliefMesh(0.1, 1);
+  for (Eigen::Vector3d& x : with_hill.vertices) {
+    const double distance = (x.head<2>() - Eigen::Vector2d(5, 3)).norm();
+    x.z() += 1.5 / (1 + std::exp((distance - 0.9) / 0.05));
+  }
+  with_hill = CutPiece(with_hill, [](const auto& x) { return x.x() < 8; });
+  const TriangleMesh without =
+      CutPiece(ReliefMesh(0.1, 2), [](const Eigen::Vector3d& x) { return x.x() > 2; });
+  for (const bool hill_is_newer : {false, true}) {
+    MeshMergerOptions options;
+    options.conflict_winner = ConflictWinner::kNewer;
+    MergingInput a = Input("a", with_hill), b = Input("b", without);
+    a.modification_time = hill_is_newer ? 2 : 0;
+    b.modification_time = 1;
+    for (const auto method : {MergingMethod::kSurface, MergingMethod::kAuto}) {
+      options.method = method;
+      const MergedMesh merged = MergeMeshes({a, b}, {}, options, RunContext(2));
+      ExpectValidMesh(merged.mesh);
+      EXPECT_GT(merged.counters.num_conflict_faces, 0u);
+      EXPECT_EQ(Inspect(merged.mesh).num_components, 1u);
+      EXPECT_EQ(Inspect(merged.mesh).euler_characteristic, 1);
+      double highest = -1e9;
+      for (const Eigen::Vector3d& x : merged.mesh.vertices) {
+        if ((x.head<2>() - Eigen::Vector2d(5, 3)).norm() < 0.5) {
+          highest = std::max(highest, x.z() - ReliefHeight(x.x(), x.y()));
+        }
+      }
+      EXPECT_NEAR(highest, hill_is_newer ? 1.5 : 0, 0.3);
+    }
+  }
+}
+
+TEST(MeshMerger, RepairsWhatIsNoManifold) {
+  auto pieces = ReliefHalves();
+  TriangleMesh& a = pieces[0];
+  a.faces.push_back(a.faces[10]);                    // twice
+  a.faces.emplace_back(3, 3, 4);                     // no triangle
+  a.vertices.push_back(a.vertices[40] + Eigen::Vector3d(0, 0, 1));
+  const int fin = static_cast<int>(a.vertices.size()) - 1;
+  a.faces.emplace_back(a.faces[20][0], a.faces[20][1], fin);  // a fin
+  const MergedMesh merged =
+      MergeMeshes({Input("a", a), Input("b", pieces[1])}, {}, {}, RunContext(2));
+  EXPECT_TRUE(Inspect(merged.mesh).IsManifold());
+  EXPECT_TRUE(Inspect(merged.mesh).IsOriented());
+  EXPECT_GE(merged.counters.num_repaired_faces, 2u);
+}
+
+TEST(MeshMerger, TakesTheTetrahedraToo) {
+  for (const World world : {World::kSphere, World::kTorus, World::kRelief}) {
+    const PieceOptions piece{0.15, 0.3};
+    const TriangleMesh a = MakePiece(world, 0, piece), b = MakePiece(world, 1, piece);
+    MeshMergerOptions options;
+    options.method = MergingMethod::kTetrahedra;
+    const MergedMesh merged = MergeMeshes({Input("a", a), Input("b", b)}, {}, options, RunContext(2));
+    ExpectValidMesh(merged.mesh);
+    const MeshInspection inspection = Inspect(merged.mesh);
+    EXPECT_EQ(inspection.num_components, 1u);
+    EXPECT_EQ(merged.counters.num_open_seam_edges, 0u);
+    EXPECT_LE(NumCrossings(merged.mesh), NumCrossings(a) + NumCrossings(b));
+    const double true_area = Inspect(TruthOf(world, 0.04, 9)).area;
+    std::printf("tetrahedra: area/truth %.4f crossings %zu open %zu\n", inspection.area / true_area,
+                NumCrossings(merged.mesh), merged.counters.num_open_seam_edges);
+    EXPECT_NEAR(inspection.area / true_area, 1, 0.03);
+    if (world != World::kRelief) EXPECT_EQ(inspection.num_border_edges, 0u);
+  }
+}
+
+TEST(MeshMerger, TakesOneOfTwoThatAreTheSame) {
+  const TriangleMesh whole = ReliefMesh(0.15, 1);
+  const TriangleMesh mesh =
+      MergeMeshes({Input("a", whole), Input("b", whole)}, {}, {}, RunContext(2)).mesh;
+  ExpectValidMesh(mesh);
+  EXPECT_EQ(mesh.faces.size(), whole.faces.size());
+  // And the whole, if the other is a part of it.
+  const TriangleMesh part =
+      CutPiece(ReliefMesh(0.15, 2), [](const auto& x) { return std::abs(x.x() - 5) < 2; });
+  const TriangleMesh both =
+      MergeMeshes({Input("a", whole), Input("b", part)}, {}, {}, RunContext(2)).mesh;
+  ExpectValidMesh(both);
+  EXPECT_EQ(Inspect(both).euler_characteristic, 1);
+}
+
+TEST(MeshMerger, RefusesFewerThanTwo) {
+  EXPECT_THROW(MergeMeshes({Input("a", ReliefMesh(0.5, 1))}, {}, {}, RunContext(1)), UsageError);
+}
 
 }  // namespace
 }  // namespace lsmvs

@@ -16,6 +16,7 @@
 #include "lsmvs/cli/commands/evaluation_input.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/colmap_adapter/fused_cloud.h"
+#include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/util/error.h"
 

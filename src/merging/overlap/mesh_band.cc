@@ -44,6 +44,7 @@ MeshBand ExtractBand(const SourcedMesh& whole, const std::vector<uint8_t>& in_ba
     band.mesh.vertices.push_back(whole.mesh.vertices[v]);
     band.sources.push_back(whole.sources[v]);
     band.is_changed.push_back(whole.is_changed[v]);
+    band.is_preferred.push_back(!whole.is_preferred.empty() && whole.is_preferred[v]);
   }
   band.is_fixed.assign(band.whole_vertex.size(), 0);
   for (size_t f = 0; f < in_band.size(); ++f) {

@@ -19,6 +19,8 @@ struct SourcedMesh {
   std::vector<VertexSource> sources;  // #V
   // #V: whether the vertex is new or was moved, or a face at it is new.
   std::vector<uint8_t> is_changed;
+  // #V, or empty: none. Where several meshes are, the one with such vertices is kept.
+  std::vector<uint8_t> is_preferred;
 };
 
 // The faces of a mesh that are worked on, as a mesh of their own.
@@ -26,6 +28,7 @@ struct MeshBand {
   TriangleMesh mesh;                  // positions and faces, in the order of the whole
   std::vector<VertexSource> sources;  // #V
   std::vector<uint8_t> is_changed;    // #V
+  std::vector<uint8_t> is_preferred;  // #V
   std::vector<int32_t> whole_vertex;  // #V: in the whole mesh; -1: the band has added it
   std::vector<uint8_t> is_fixed;      // #V: faces outside of the band use it, too
   // Edges (lower vertex << 32 | higher) at which faces outside of the band meet the band's.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "lsmvs/geometry/distances.h"
+#include "lsmvs/mesh/edge_lengths.h"
 
 namespace lsmvs {
 

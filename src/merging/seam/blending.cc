@@ -74,8 +74,8 @@ std::vector<Eigen::Vector3d> SmoothRimOffsets(const OverlapSide& side,
 
 std::vector<Eigen::Vector3d> BlendTowardsMatches(const OverlapSide& side,
                                                  const std::vector<uint8_t>& kept_faces,
-                                                 double share, double max_width,
-                                                 std::vector<double>* from_rim) {
+                                                 double share, double min_width, double max_width,
+                                                 std::vector<uint8_t>* may_move) {
   const TriangleMesh& mesh = side.surface->mesh();
   const size_t num_vertices = mesh.vertices.size();
   const std::vector<uint8_t> on_rim = RimVertices(mesh, kept_faces);
@@ -85,7 +85,8 @@ std::vector<Eigen::Vector3d> BlendTowardsMatches(const OverlapSide& side,
     if (on_rim[v]) start[v] = 0;
   }
   std::vector<int32_t> nearest;
-  *from_rim = DistanceAlongEdges(mesh, side.surface->topology, std::move(start), max_width, &nearest);
+  const std::vector<double> from_rim =
+      DistanceAlongEdges(mesh, side.surface->topology, std::move(start), max_width, &nearest);
   std::vector<Eigen::Vector3d> smooth(num_vertices, Eigen::Vector3d::Zero());
   std::vector<double> width(num_vertices, 0);
   for (size_t v = 0; v < num_vertices; ++v) {
@@ -111,11 +112,12 @@ std::vector<Eigen::Vector3d> BlendTowardsMatches(const OverlapSide& side,
     }
   }
   std::vector<Eigen::Vector3d> displacements(num_vertices, Eigen::Vector3d::Zero());
+  may_move->assign(num_vertices, 0);
   for (size_t v = 0; v < num_vertices; ++v) {
     if (nearest[v] < 0) continue;
-    const double distance = (*from_rim)[v];
-    if (distance >= width[v]) (*from_rim)[v] = kInfinity;
     if (side.surface->band->is_fixed[v]) continue;
+    const double distance = from_rim[v];
+    (*may_move)[v] = distance < std::max(width[v], min_width);
     const double edge = side.surface->frames.edge_length[v];
     Eigen::Vector3d& moved = displacements[v];
     moved = Fade(distance / width[v]) * smooth[v];

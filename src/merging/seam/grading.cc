@@ -110,6 +110,7 @@ bool RefineTowardsSeam(const SeamPoints& seam, double growth, MeshBand* band) {
   band->mesh = std::move(mesh);
   band->sources = std::move(sources);
   band->is_changed.resize(num_new, 1);
+  band->is_preferred.resize(num_new, 0);
   band->whole_vertex.resize(num_new, -1);
   band->is_fixed.resize(num_new, 0);
   return true;

@@ -23,7 +23,7 @@ constexpr double kConflictRim = 0.7;
 constexpr double kCapacityPerEdge = 1000;
 // Costs of a seam: per edge length of it, and for each edge length between the surfaces.
 constexpr double kLengthCost = 0.3, kDistanceCost = 1.0, kMaxDistance = 6;
-constexpr double kResolutionGain = 0.25, kEqualResolution = 0.25, kMaxResolution = 2;
+constexpr double kPreferenceGain = 2, kResolutionGain = 0.25, kEqualResolution = 0.25, kMaxResolution = 2;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -121,6 +121,11 @@ void OverlapSide::Classify(const OverlapSide& other, double inset, double max_ed
   std::vector<uint8_t> in_conflict(matches.size(), 0);
   for (size_t v = 0; v < matches.size(); ++v) {
     if (states[v] == VertexState::kOver || states[v] == VertexState::kAtRim) continue;
+    if (!in_free_space.empty() && in_free_space[v]) {
+      states[v] = VertexState::kConflict;
+      in_conflict[v] = 1;
+      continue;
+    }
     const uint32_t patch = patches.sets.Find(static_cast<uint32_t>(v));
     const double rim = static_cast<double>(patches.rim[patch]);
     if (patches.is_open[patch] || rim == 0 ||
@@ -213,10 +218,16 @@ class FirstLabeler {
       other += second_.surface->EdgeLengthAt(match.face);
     }
     if (own == 0) return 0;
+    if (IsPreferred(f)) return kPreferenceGain;
     const double finer = std::log2(other / own);
-    if (std::abs(finer) < kEqualResolution) return options_.first_gain;
-    return options_.first_gain +
-           kResolutionGain * std::clamp(finer, -kMaxResolution, kMaxResolution);
+    if (std::abs(finer) < kEqualResolution) return 0;
+    return kResolutionGain * std::clamp(finer, -kMaxResolution, kMaxResolution);
+  }
+
+  bool IsPreferred(size_t f) const {
+    const Eigen::Vector3i& face = mesh_.faces[f];
+    const auto& is_preferred = first_.surface->band->is_preferred;
+    return std::all_of(face.begin(), face.end(), [&](int v) { return is_preferred[Index(v)] != 0; });
   }
 
   int32_t EdgeCapacity(size_t a, size_t b) const {

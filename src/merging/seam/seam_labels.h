@@ -14,7 +14,7 @@ enum class VertexState : uint8_t {
   kAtRim,     // by the border of the other: both end here, or nearly
   kBeside,    // beyond the border of the other, or far from it: only this surface is there
   kUnclear,   // in a small patch for which no match was found
-  kConflict,  // in a patch that parts from the other surface where that goes on
+  kConflict,  // in a patch that parts from the other surface where that goes on, or in free space
 };
 
 // A surface, its matches on the other, and what follows from them.
@@ -28,6 +28,9 @@ struct OverlapSide {
   std::vector<VertexState> states;     // #V
   std::vector<double> from_end;        // #V: from border over which the other surface goes on
   std::vector<double> from_conflict;   // #V: from vertices in conflict
+  // #V, or empty: vertices that stand in space that the other mesh's views saw empty; to be set
+  // before Classify().
+  std::vector<uint8_t> in_free_space;
   size_t num_conflict_faces = 0;
 
   // Both sides must have been made. `inset` edge lengths is as far as distances are looked at.
@@ -44,9 +47,6 @@ struct SeamOptions {
   // Whether patches of the first surface that contradict the second stay, and those of the second
   // go.
   bool first_wins_conflicts = true;
-  // Gain of a face that is kept on the first surface instead of on the second, in seam edges, for
-  // equal resolution.
-  double first_gain = 0;
 };
 
 // Which faces of the first surface (#F) stay: 1, or make way for the second: 0. A minimum cut.

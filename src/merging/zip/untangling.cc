@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "lsmvs/merging/overlap/overlap.h"
+#include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/face_neighbors.h"
 
@@ -12,7 +13,7 @@ namespace lsmvs {
 
 namespace {
 
-constexpr int kMaxRounds = 4, kMaxSteps = 40, kStepsOfOneRing = 4;
+constexpr int kMaxRounds = 4, kMaxSteps = 24, kStepsOfOneRing = 3;
 constexpr double kStep = 0.6;
 // Neighbours whose normals enclose more than this are folded.
 constexpr double kFoldCosine = -0.7;

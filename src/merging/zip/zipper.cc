@@ -40,7 +40,7 @@ class Zipper {
     PairVertices();
     JoinLoops();
     FillLoops();
-    CountOpenEdges();
+    FindOpenEdges();
     return std::move(result_);
   }
 
@@ -154,6 +154,7 @@ class Zipper {
       if (w < 0 || problem_.side[v] != 0 || nearest_[Index(w)] != static_cast<int32_t>(v)) continue;
       pairs[{loop_of_[v], loop_of_[Index(w)]}].emplace_back(static_cast<int32_t>(v), w);
     }
+    AddEnds(&pairs);
     std::vector<std::pair<int32_t, int32_t>> order;
     for (const auto& [loops, list] : pairs) order.push_back(loops);
     std::stable_sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
@@ -161,6 +162,25 @@ class Zipper {
     });
     for (const auto& loops : order) {
       JoinTwo(loops_[Index(loops.first)], loops_[Index(loops.second)], pairs[loops]);
+    }
+  }
+
+  // Where a rim ends at an old border, there is no pair beyond: its last vertex takes the nearest.
+  void AddEnds(std::map<std::pair<int32_t, int32_t>, std::vector<std::pair<int32_t, int32_t>>>*
+                   pairs) const {
+    std::vector<uint8_t> is_end(is_rim_.size(), 0);
+    for (size_t v = 0; v < is_end.size(); ++v) {
+      const int32_t w = next_[v];
+      if (w < 0 || is_rim_[v] == is_rim_[Index(w)]) continue;
+      is_end[is_rim_[v] ? v : Index(w)] = 1;
+    }
+    for (size_t v = 0; v < is_end.size(); ++v) {
+      const int32_t w = nearest_[v];
+      if (!is_end[v] || w < 0 || nearest_[Index(w)] == static_cast<int32_t>(v)) continue;
+      const auto pair = problem_.side[v] == 0 ? std::pair(static_cast<int32_t>(v), w)
+                                              : std::pair(w, static_cast<int32_t>(v));
+      auto found = pairs->find({loop_of_[Index(pair.first)], loop_of_[Index(pair.second)]});
+      if (found != pairs->end()) found->second.push_back(pair);
     }
   }
 
@@ -339,13 +359,14 @@ class Zipper {
     }
   }
 
-  void CountOpenEdges() {
+  void FindOpenEdges() {
     const std::vector<int32_t> next = BorderNow();
     for (size_t v = 0; v < next.size(); ++v) {
       if (next[v] < 0) continue;
       // Where a seam ends at the borders of both surfaces, a bridge closes it.
       const bool is_bridge = problem_.side[v] != problem_.side[Index(next[v])];
-      result_.num_open_edges += !is_bridge && !IsOldOrCut(static_cast<int32_t>(v), next[v]);
+      if (is_bridge || IsOldOrCut(static_cast<int32_t>(v), next[v])) continue;
+      result_.open_vertices.push_back(static_cast<int32_t>(v));
     }
   }
 

@@ -21,7 +21,7 @@ struct ZipProblem {
 
 struct ZipResult {
   std::vector<Eigen::Vector3i> faces;  // to be added: with them the mesh is manifold and oriented
-  size_t num_open_edges = 0;           // edges of new rims that stay border
+  std::vector<int32_t> open_vertices;  // at which edges of new rims begin that stay border
 };
 
 // Fills the gap between the rims with triangles between their vertices. Vertices of either rim that
