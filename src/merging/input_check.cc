@@ -27,20 +27,19 @@ bool IsProper(const TriangleMesh& mesh, size_t f) {
 size_t DropDuplicates(TriangleMesh* mesh) {
   // Faces on one another share all their edges.
   std::vector<int32_t> suspects;
-  ForEdges(SortedFaceSides(mesh->faces, mesh->vertices.size()),
-           [&](const FaceSide* begin, const FaceSide* end) {
-             if (end - begin < 2) return;
-             for (const FaceSide* a = begin; a != end; ++a) {
-               for (const FaceSide* b = begin; b != a; ++b) {
-                 const Eigen::Vector3i &x = mesh->faces[Index(a->face)],
-                                       &y = mesh->faces[Index(b->face)];
-                 const int apex = x[(a->corner + 2) % 3];
-                 if (apex == y[(b->corner + 2) % 3]) {
-                   suspects.push_back(std::max(a->face, b->face));
-                 }
-               }
-             }
-           });
+  ForEdges(SortedFaceSides(mesh->faces, mesh->vertices.size()), [&](const FaceSide* begin,
+                                                                    const FaceSide* end) {
+    if (end - begin < 2) return;
+    for (const FaceSide* a = begin; a != end; ++a) {
+      for (const FaceSide* b = begin; b != a; ++b) {
+        const Eigen::Vector3i &x = mesh->faces[Index(a->face)], &y = mesh->faces[Index(b->face)];
+        const int apex = x[(a->corner + 2) % 3];
+        if (apex == y[(b->corner + 2) % 3]) {
+          suspects.push_back(std::max(a->face, b->face));
+        }
+      }
+    }
+  });
   if (suspects.empty()) return 0;
   std::vector<uint8_t> is_duplicate(mesh->faces.size(), 0);
   for (const int32_t f : suspects) is_duplicate[Index(f)] = 1;

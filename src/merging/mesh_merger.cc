@@ -63,9 +63,10 @@ std::string DescribePlace(const TriangleMesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& x : mesh.vertices) box.extend(x);
   const Eigen::Vector3d c = box.center(), s = box.sizes();
-  return fmt::format("a box of {:.4g} x {:.4g} x {:.4g} about ({:.4g}, {:.4g}, {:.4g}), edges of "
-                     "{:.3g}",
-                     s.x(), s.y(), s.z(), c.x(), c.y(), c.z(), MeanEdgeLength(mesh));
+  return fmt::format(
+      "a box of {:.4g} x {:.4g} x {:.4g} about ({:.4g}, {:.4g}, {:.4g}), edges of "
+      "{:.3g}",
+      s.x(), s.y(), s.z(), c.x(), c.y(), c.z(), MeanEdgeLength(mesh));
 }
 
 class Merger {
@@ -155,11 +156,12 @@ class Merger {
 
   void CheckRegistration(const Registration& registration, size_t i) const {
     if (registration.share_opposite > kMaxOppositeShare) {
-      throw InputError(inputs_[i].name,
-                       fmt::format("is inside out to {}: {:.0f} % of its normals are opposite where "
-                                   "they overlap",
-                                   names_, 100 * registration.share_opposite),
-                       "flip the faces of one of them; they must look outward, to the cameras");
+      throw InputError(
+          inputs_[i].name,
+          fmt::format("is inside out to {}: {:.0f} % of its normals are opposite where "
+                      "they overlap",
+                      names_, 100 * registration.share_opposite),
+          "flip the faces of one of them; they must look outward, to the cameras");
     }
     if (registration.offset_edges > options_.max_offset) {
       throw InputError(
@@ -172,8 +174,7 @@ class Merger {
     }
   }
 
-  void Merge(const SourcedMesh& part, const Registration& registration,
-             const RunContext& context) {
+  void Merge(const SourcedMesh& part, const Registration& registration, const RunContext& context) {
     counters_.max_offset = std::max(counters_.max_offset, registration.offset);
     counters_.max_offset_edges = std::max(counters_.max_offset_edges, registration.offset_edges);
     // The finer mesh comes first.
@@ -224,8 +225,8 @@ class Merger {
     return merged;
   }
 
-  // Where the meshes contradict each other or could not be zipped, through tetrahedra. The result is
-  // taken if it is not worse.
+  // Where the meshes contradict each other or could not be zipped, through tetrahedra. The result
+  // is taken if it is not worse.
   static void MendTrouble(const SourcedMesh& first, const SourcedMesh& second,
                           const SurfaceMergingOptions& options, const RunContext& context,
                           SourcedMesh* joined, SurfaceMergingCounters* counters) {
@@ -252,9 +253,8 @@ class Merger {
   // Nothing without views.
   std::function<std::vector<uint8_t>(const SourcedMesh&, const SourcedMesh&)> FreeSpaceTest(
       const RunContext& context) const {
-    const bool has_views = std::all_of(inputs_.begin(), inputs_.end(), [](const MergingInput& i) {
-      return !i.view_begin.empty();
-    });
+    const bool has_views = std::all_of(inputs_.begin(), inputs_.end(),
+                                       [](const MergingInput& i) { return !i.view_begin.empty(); });
     if (!has_views || views_.empty()) return nullptr;
     return [this, &context](const SourcedMesh& mesh, const SourcedMesh& other) {
       const auto visit_views = [this](const VertexSource& source,
@@ -305,10 +305,8 @@ class Merger {
     Carry(&TriangleMesh::vertex_quality, &mesh);
     CarryNormals(&mesh);
     CarryViews(&result);
-    counters_.num_moved_vertices = static_cast<size_t>(
-        std::count_if(merged_.is_changed.begin(), merged_.is_changed.end(), [](uint8_t c) {
-          return c != 0;
-        }));
+    counters_.num_moved_vertices = static_cast<size_t>(std::count_if(
+        merged_.is_changed.begin(), merged_.is_changed.end(), [](uint8_t c) { return c != 0; }));
     result.counters = counters_;
     AddMessages();
     result.messages = std::move(messages_);
@@ -343,7 +341,8 @@ class Merger {
       if ((input.mesh.*attribute).empty()) return;
     }
     for (const VertexSource& source : merged_.sources) {
-      (mesh->*attribute).push_back((inputs_[Index(source.input)].mesh.*attribute)[Index(source.vertex)]);
+      (mesh->*attribute)
+          .push_back((inputs_[Index(source.input)].mesh.*attribute)[Index(source.vertex)]);
     }
   }
 
@@ -355,7 +354,8 @@ class Merger {
     for (MergingInput& input : inputs_) {
       if (has_colors(input)) continue;
       messages_.push_back(input.name + " has no colours: what comes from it is grey");
-      input.mesh.vertex_colors.assign(num_vertices_[static_cast<size_t>(&input - inputs_.data())], kGrey);
+      input.mesh.vertex_colors.assign(num_vertices_[static_cast<size_t>(&input - inputs_.data())],
+                                      kGrey);
     }
     Carry(&TriangleMesh::vertex_colors, mesh);
   }

@@ -26,8 +26,8 @@ enum class ConflictWinner {
 
 struct MeshMergerOptions {
   MergingMethod method = MergingMethod::kAuto;
-  // Which mesh is right where they contradict each other: one stands in space that the other's views
-  // saw empty, or a patch of one parts from the other, which goes on.
+  // Which mesh is right where they contradict each other: one stands in space that the other's
+  // views saw empty, or a patch of one parts from the other, which goes on.
   ConflictWinner conflict_winner = ConflictWinner::kBetterSeen;
   // Largest median distance between two meshes where they overlap, in edge lengths of the coarser.
   // Up to here it is absorbed in a band around the seam; beyond, the meshes are refused.
@@ -53,16 +53,16 @@ struct MergingInput {
 };
 
 struct MeshMergerCounters {
-  size_t num_dropped_faces = 0;     // of the inputs, of their overlaps
-  size_t num_new_faces = 0;         // that fill gaps between the inputs
-  size_t num_moved_vertices = 0;    // of the inputs
-  size_t num_conflict_faces = 0;    // of the inputs, that contradicted another mesh
-  size_t num_repaired_faces = 0;    // of the inputs: degenerate or duplicate, dropped
-  size_t num_split_vertices = 0;    // of the inputs: copies made to have manifolds
-  size_t num_open_seam_edges = 0;   // edges along seams that found no partner
-  size_t num_seam_crossings = 0;    // pairs of faces at seams that cross
-  double max_offset = 0;            // largest median distance between two meshes, world units
-  double max_offset_edges = 0;      // the same in edge lengths
+  size_t num_dropped_faces = 0;    // of the inputs, of their overlaps
+  size_t num_new_faces = 0;        // that fill gaps between the inputs
+  size_t num_moved_vertices = 0;   // of the inputs
+  size_t num_conflict_faces = 0;   // of the inputs, that contradicted another mesh
+  size_t num_repaired_faces = 0;   // of the inputs: degenerate or duplicate, dropped
+  size_t num_split_vertices = 0;   // of the inputs: copies made to have manifolds
+  size_t num_open_seam_edges = 0;  // edges along seams that found no partner
+  size_t num_seam_crossings = 0;   // pairs of faces at seams that cross
+  double max_offset = 0;           // largest median distance between two meshes, world units
+  double max_offset_edges = 0;     // the same in edge lengths
 };
 
 struct MergedMesh {

@@ -10,12 +10,12 @@ void MeshMergerOptions::Describe(OptionSet* options) {
                    {{"auto", MergingMethod::kAuto},
                     {"tetrahedra", MergingMethod::kTetrahedra},
                     {"surface", MergingMethod::kSurface}});
-  options->AddEnum("MeshMerging.conflict_winner", &conflict_winner,
-                   "Which mesh is right where they contradict each other, such as a car that drove "
-                   "away: the one that more photos see (without views the finer one), or the one "
-                   "whose file is newer.",
-                   {{"better_seen", ConflictWinner::kBetterSeen},
-                    {"newer", ConflictWinner::kNewer}});
+  options->AddEnum(
+      "MeshMerging.conflict_winner", &conflict_winner,
+      "Which mesh is right where they contradict each other, such as a car that drove "
+      "away: the one that more photos see (without views the finer one), or the one "
+      "whose file is newer.",
+      {{"better_seen", ConflictWinner::kBetterSeen}, {"newer", ConflictWinner::kNewer}});
   options->Add("MeshMerging.max_offset", &max_offset,
                "Largest median distance between two meshes where they overlap, in edge lengths of "
                "the coarser; up to here it is absorbed around the seam, beyond it the meshes are "

@@ -1,9 +1,6 @@
 #include "lsmvs/merging/surface_merging.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
-#include <chrono>
 #include <memory>
 #include <utility>
 
@@ -38,18 +35,10 @@ class SurfaceMerger {
                 SurfaceMergingCounters* counters)
       : whole_{&first, &second}, options_(options), context_(context), counters_(*counters) {}
 
-  static void Tick(const char* what) {
-    static auto last = std::chrono::steady_clock::now();
-    const auto now = std::chrono::steady_clock::now();
-    if (std::getenv("DBG")) fprintf(stderr, "%s %.2f s\n", what, std::chrono::duration<double>(now - last).count());
-    last = now;
-  }
   SourcedMesh Run() {
-    Tick("begin");
     edge_ = CoarserEdgeLength(*whole_[0], *whole_[1]);
     for (int side = 0; side < 2; ++side) {
-      in_band_[side] =
-          FacesNear(whole_[side]->mesh, whole_[1 - side]->mesh, kReach * edge_);
+      in_band_[side] = FacesNear(whole_[side]->mesh, whole_[1 - side]->mesh, kReach * edge_);
       bands_[side] = ExtractBand(*whole_[side], in_band_[side]);
       mean_edge_[side] = MeanEdgeLength(bands_[side].mesh);
       num_band_faces_ += bands_[side].mesh.faces.size();
@@ -60,7 +49,7 @@ class SurfaceMerger {
         in_free_space_[side] = options_.in_free_space(*whole_[side], *whole_[1 - side]);
       }
     }
-    Tick("bands"); Compare(); Tick("compare"); if (std::getenv("DBG")) fprintf(stderr, "conflicts %zu %zu\n", sides_[0]->num_conflict_faces, sides_[1]->num_conflict_faces);
+    Compare();
     counters_.num_conflict_faces += sides_[0]->num_conflict_faces + sides_[1]->num_conflict_faces;
     for (const auto& side : sides_) {
       for (size_t v = 0; v < side->states.size(); ++v) {
@@ -70,13 +59,13 @@ class SurfaceMerger {
     }
     kept_[0] = LabelFirstSurface(*sides_[0], *sides_[1], SeamChoice(), context_);
     context_.Report(0.5);
-    Tick("cut"); Refine(); Tick("refine");
+    Refine();
     kept_[1] = LabelSecondSurface(*sides_[0], *sides_[1], kept_[0], options_.first_wins_conflicts,
                                   kClearance, context_);
     for (int side = 0; side < 2; ++side) SmoothRim(bands_[side], kMinPieceFaces, &kept_[side]);
-    Tick("rims"); Blend(); Tick("blend");
+    Blend();
     context_.Report(0.8);
-    Join(); Tick("join");
+    Join();
     context_.Report(0.95);
     return Assemble();
   }
@@ -142,18 +131,16 @@ class SurfaceMerger {
       const int32_t face = sides_[0]->matches[v].face;
       const double own = surfaces_[0]->frames.edge_length[v];
       seam.positions.push_back(mesh.vertices[v]);
-      seam.edge_lengths.push_back(face < 0 ? own
-                                           : std::min(own, surfaces_[1]->EdgeLengthAt(face)));
+      seam.edge_lengths.push_back(face < 0 ? own : std::min(own, surfaces_[1]->EdgeLengthAt(face)));
     }
     return seam;
   }
 
   void Refine() {
     const SeamPoints seam = FindSeam();
-    const std::array<size_t, 2> before = {bands_[0].mesh.faces.size(),
-                                          bands_[1].mesh.faces.size()};
+    const std::array<size_t, 2> before = {bands_[0].mesh.faces.size(), bands_[1].mesh.faces.size()};
     const MeshBand old_first = bands_[0];
-    for (MeshBand& band : bands_) { const bool ok = RefineTowardsSeam(seam, kGrowth, &band); if (std::getenv("DBG")) fprintf(stderr, "refine %d -> %zu faces, seam %zu\n", ok, band.mesh.faces.size(), seam.positions.size()); }
+    for (MeshBand& band : bands_) RefineTowardsSeam(seam, kGrowth, &band);
     if (bands_[0].mesh.faces.size() != before[0]) CarryLabels(old_first);
     if (bands_[0].mesh.faces.size() != before[0] || bands_[1].mesh.faces.size() != before[1]) {
       Compare();
@@ -198,10 +185,11 @@ class SurfaceMerger {
     problem.normal = normal_;
     problem.old_border = old_border_;
     problem.cut_edges = cut_edges_;
-    const ZipResult zip = ZipRims(problem); Tick("zip");
+    const ZipResult zip = ZipRims(problem);
     counters_.num_new_faces += zip.faces.size();
     counters_.num_open_edges += zip.open_vertices.size();
-    for (const int32_t v : zip.open_vertices) counters_.trouble.push_back(joined_.vertices[Index(v)]);
+    for (const int32_t v : zip.open_vertices)
+      counters_.trouble.push_back(joined_.vertices[Index(v)]);
     num_old_faces_ = joined_.faces.size();
     joined_.faces.insert(joined_.faces.end(), zip.faces.begin(), zip.faces.end());
     counters_.num_crossings +=
@@ -354,7 +342,7 @@ class SurfaceMerger {
   SurfaceMergingCounters& counters_;
   double edge_ = 0;
   std::array<double, 2> mean_edge_ = {};
-  std::array<std::vector<uint8_t>, 2> in_band_;  // #F of the wholes
+  std::array<std::vector<uint8_t>, 2> in_band_;        // #F of the wholes
   std::array<std::vector<uint8_t>, 2> in_free_space_;  // #V of the wholes, or empty
   std::array<MeshBand, 2> bands_;
   size_t num_band_faces_ = 0;

@@ -78,8 +78,9 @@ std::vector<std::string> ParseList(const std::vector<std::string>& arguments,
 
 TEST(CommandLine, ListsTakeAllValuesInOrder) {
   using testing::ElementsAre;
-  EXPECT_THAT(ParseList({"--input_path", "b", "--overwrite", "--input_path=a", "--input_path", "c"}),
-              ElementsAre("b", "a", "c"));
+  EXPECT_THAT(
+      ParseList({"--input_path", "b", "--overwrite", "--input_path=a", "--input_path", "c"}),
+      ElementsAre("b", "a", "c"));
   EXPECT_THAT(ParseList({"x"}), ElementsAre("x"));
   EXPECT_THAT(ParseList({}), ElementsAre());
   EXPECT_THAT(ParseList({}, {{"input_path", "p"}, {"input_path", "q"}}), ElementsAre("p", "q"));

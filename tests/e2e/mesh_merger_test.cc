@@ -151,7 +151,8 @@ TEST(MeshMergerProgram, RefusesBadInput) {
   refused({a, b}, 3, {"inside out", "%", "flip"});
   // Every other face inside out.
   TriangleMesh mixed = Strip(18.3, 1);
-  for (size_t f = 0; f < mixed.faces.size(); f += 2) std::swap(mixed.faces[f][0], mixed.faces[f][1]);
+  for (size_t f = 0; f < mixed.faces.size(); f += 2)
+    std::swap(mixed.faces[f][0], mixed.faces[f][1]);
   Write(b, mixed, {});
   refused({a, b}, 3, {"b.ply", "not oriented alike"});
   Write(b, Strip(18.3, 1), 1u);

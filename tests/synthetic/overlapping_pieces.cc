@@ -45,8 +45,7 @@ TriangleMesh CutPiece(const TriangleMesh& whole,
   TriangleMesh piece = whole;
   FilterFaces(&piece, [&](size_t f) {
     const Eigen::Vector3i& face = piece.faces[f];
-    return is_in(
-        (piece.vertices[face[0]] + piece.vertices[face[1]] + piece.vertices[face[2]]) / 3);
+    return is_in((piece.vertices[face[0]] + piece.vertices[face[1]] + piece.vertices[face[2]]) / 3);
   });
   RemoveUnusedVertices(&piece);
   return piece;
@@ -74,7 +73,7 @@ TriangleMesh ReliefMesh(double edge_length, uint64_t seed) {
   TriangleMesh mesh;
   for (int j = 0; j <= num_y; ++j) {
     for (int i = 0; i <= num_x; ++i) {
-      const bool inner_x = i > 0 && i < num_x, inner_y = j > 0 && j < num_y;
+      const bool inner_x = i > 0 && i<num_x, inner_y = j> 0 && j < num_y;
       const double x = kWidth / num_x * (i + (inner_x ? random.Uniform(-0.25, 0.25) : 0));
       const double y = kHeight / num_y * (j + (inner_y ? random.Uniform(-0.25, 0.25) : 0));
       mesh.vertices.emplace_back(x, y, ReliefHeight(x, y));

@@ -135,10 +135,10 @@ class MeshMergerCommand : public Command {
     const Scene& from = own ? *own : *scene_;
     for (const uint32_t view : views->view_idxs) {
       if (view < from.views.size()) continue;
-      throw InputError(vis_path.string(),
-                       fmt::format("names photo {}, but the workspace has {}", view,
-                                   from.views.size()),
-                       "give the --workspace_path that the mesh was made in");
+      throw InputError(
+          vis_path.string(),
+          fmt::format("names photo {}, but the workspace has {}", view, from.views.size()),
+          "give the --workspace_path that the mesh was made in");
     }
     if (!own) return;
     std::map<std::string, uint32_t> number_of;
@@ -171,7 +171,8 @@ class MeshMergerCommand : public Command {
     }
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();
     if (box.isEmpty()) return offset;
-    const double largest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+    const double largest =
+        std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
     if (!(largest * kFloatRounding > kMaxRoundingPart * edge)) return offset;
     const double step = std::exp2(std::ceil(std::log2(std::max(box.diagonal().norm(), 1e-300))));
     offset = (box.center() / step).array().round() * step;
@@ -200,7 +201,8 @@ class MeshMergerCommand : public Command {
     const MeshMergerCounters& counters = merged.counters;
     for (const std::string& message : merged.messages) LOG(WARNING) << message;
     fmt::print(
-        "{} faces; {} at seams, {} vertices at seams changed; meshes were {:.3g} apart ({:.1f} edge "
+        "{} faces; {} at seams, {} vertices at seams changed; meshes were {:.3g} apart ({:.1f} "
+        "edge "
         "lengths)\n{}\n",
         merged.mesh.faces.size(), counters.num_new_faces, counters.num_moved_vertices,
         counters.max_offset, counters.max_offset_edges, output_path_);

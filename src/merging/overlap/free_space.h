@@ -14,10 +14,10 @@ namespace lsmvs {
 using VisitViews =
     std::function<void(const VertexSource& source, const std::function<void(uint32_t)>& visit)>;
 
-// Vertices (#V) of a mesh that stand in space that the views of another mesh saw empty: two views or
-// more see the other mesh at least `margin` behind them. A view sees a face if it sees one of its
-// vertices. Depth maps of the other mesh are drawn at a width and height of up to 1,000 pixels, one
-// view after the other.
+// Vertices (#V) of a mesh that stand in space that the views of another mesh saw empty: two views
+// or more see the other mesh at least `margin` behind them. A view sees a face if it sees one of
+// its vertices. Depth maps of the other mesh are drawn at a width and height of up to 1,000 pixels,
+// one view after the other.
 std::vector<uint8_t> FindVerticesInFreeSpace(const TriangleMesh& mesh, const SourcedMesh& other,
                                              const std::vector<View>& views,
                                              const VisitViews& visit_views, double margin,

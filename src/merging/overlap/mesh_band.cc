@@ -66,7 +66,8 @@ MeshBand ExtractBand(const SourcedMesh& whole, const std::vector<uint8_t>& in_ba
   for (const Eigen::Vector3i& face : band.mesh.faces) {
     for (int k = 0; k < 3; ++k) {
       const int a = face[k], b = face[(k + 1) % 3];
-      if (!band.is_fixed[static_cast<size_t>(a)] || !band.is_fixed[static_cast<size_t>(b)]) continue;
+      if (!band.is_fixed[static_cast<size_t>(a)] || !band.is_fixed[static_cast<size_t>(b)])
+        continue;
       const uint64_t key = EdgeKey(a, b);
       if (std::binary_search(band.cut_edges.begin(), band.cut_edges.end(), key)) own.push_back(key);
     }
@@ -85,8 +86,8 @@ SurfaceTopology::SurfaceTopology(const TriangleMesh& mesh, const std::vector<uin
   ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
     ++begin_[static_cast<size_t>(begin->low) + 1];
     ++begin_[static_cast<size_t>(begin->high) + 1];
-    const bool is_cut = std::binary_search(cut_edges.begin(), cut_edges.end(),
-                                           EdgeKey(begin->low, begin->high));
+    const bool is_cut =
+        std::binary_search(cut_edges.begin(), cut_edges.end(), EdgeKey(begin->low, begin->high));
     if (end - begin != 1 || is_cut) return;
     on_border_[static_cast<size_t>(begin->low)] = on_border_[static_cast<size_t>(begin->high)] = 1;
     border_sides_[static_cast<size_t>(begin->face)] |= static_cast<uint8_t>(1 << begin->corner);

@@ -36,7 +36,8 @@ struct MeshBand {
 };
 
 inline uint64_t EdgeKey(int32_t a, int32_t b) {
-  const auto low = static_cast<uint64_t>(a < b ? a : b), high = static_cast<uint64_t>(a < b ? b : a);
+  const auto low = static_cast<uint64_t>(a < b ? a : b),
+             high = static_cast<uint64_t>(a < b ? b : a);
   return low << 32 | high;
 }
 

@@ -142,14 +142,13 @@ std::vector<uint8_t> FindEnds(const BandSurface& surface, const std::vector<Surf
   ParallelFor(context, matches.size(), kVerticesPerBlock, [&](size_t v) {
     const SurfaceMatch& match = matches[v];
     if (outward[v].isZero(0.0) || match.face < 0 || match.at_border) return;
-    const double edge =
-        std::max(surface.frames.edge_length[v], other.EdgeLengthAt(match.face));
+    const double edge = std::max(surface.frames.edge_length[v], other.EdgeLengthAt(match.face));
     const auto accept = [&](int32_t face) {
       return other.NormalAt(face).dot(surface.frames.normal[v]) > 0;
     };
     // From the match: surfaces that lie apart do not meet straight out.
-    const SurfaceIndex::Hit hit = other.index.Closest(match.point + num_edges * edge * outward[v],
-                                                      max_edges * edge, accept);
+    const SurfaceIndex::Hit hit =
+        other.index.Closest(match.point + num_edges * edge * outward[v], max_edges * edge, accept);
     is_end[v] = hit.face >= 0 && !other.IsAtBorder(hit.face, hit.point);
   });
   return is_end;
@@ -190,8 +189,8 @@ std::vector<uint8_t> FacesNear(const TriangleMesh& mesh, const TriangleMesh& oth
   return is_near;
 }
 
-Registration MeasureRegistration(const BandSurface& surface, const BandSurface& other,
-                                 double reach, const RunContext& context) {
+Registration MeasureRegistration(const BandSurface& surface, const BandSurface& other, double reach,
+                                 const RunContext& context) {
   const size_t num_vertices = surface.mesh().vertices.size();
   const size_t step = std::max<size_t>(1, num_vertices / kNumSamples);
   struct Sample {

@@ -54,15 +54,15 @@ std::vector<uint8_t> FacesNear(const TriangleMesh& mesh, const TriangleMesh& oth
 
 // How two overlapping surfaces lie to each other.
 struct Registration {
-  size_t num_over = 0;      // sampled vertices that lie over the inside of the other surface
-  double offset = 0;        // median distance there
-  double offset_edges = 0;  // the same in edge lengths (of the coarser of both there)
+  size_t num_over = 0;        // sampled vertices that lie over the inside of the other surface
+  double offset = 0;          // median distance there
+  double offset_edges = 0;    // the same in edge lengths (of the coarser of both there)
   double share_opposite = 0;  // of them, with the normal the other way round
   double least_distance = 0;  // of all samples; infinite where nothing is within reach
 };
 
 // Of vertices within `reach` of the other surface, up to some thousands.
-Registration MeasureRegistration(const BandSurface& surface, const BandSurface& other,
-                                 double reach, const RunContext& context);
+Registration MeasureRegistration(const BandSurface& surface, const BandSurface& other, double reach,
+                                 const RunContext& context);
 
 }  // namespace lsmvs

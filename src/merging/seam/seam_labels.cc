@@ -23,7 +23,8 @@ constexpr double kConflictRim = 0.7;
 constexpr double kCapacityPerEdge = 1000;
 // Costs of a seam: per edge length of it, and for each edge length between the surfaces.
 constexpr double kLengthCost = 0.3, kDistanceCost = 1.0, kMaxDistance = 6;
-constexpr double kPreferenceGain = 2, kResolutionGain = 0.25, kEqualResolution = 0.25, kMaxResolution = 2;
+constexpr double kPreferenceGain = 2, kResolutionGain = 0.25, kEqualResolution = 0.25,
+                 kMaxResolution = 2;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -49,7 +50,10 @@ double CoarserEdge(const OverlapSide& side, const OverlapSide& other, size_t v) 
 // Connected patches of the vertices that have no match.
 struct Patches {
   Patches(const OverlapSide& side, const OverlapSide& other)
-      : sets(side.states.size()), size(side.states.size(), 0), rim(size), inner_rim(size),
+      : sets(side.states.size()),
+        size(side.states.size(), 0),
+        rim(size),
+        inner_rim(size),
         is_open(side.states.size(), 0) {
     const auto is_alone = [&](size_t v) { return side.states[v] != VertexState::kOver; };
     const auto& topology = side.surface->topology;
@@ -68,7 +72,8 @@ struct Patches {
       topology.ForNeighbors(static_cast<int32_t>(v), [&](int32_t w) {
         if (is_alone(Index(w))) return;
         ++rim[patch];
-        const double distance = OverlapSide::AtMatch(other, other.from_border, side.matches[Index(w)]);
+        const double distance =
+            OverlapSide::AtMatch(other, other.from_border, side.matches[Index(w)]);
         inner_rim[patch] += distance > kContinues * CoarserEdge(side, other, Index(w));
       });
     }
@@ -139,8 +144,8 @@ void OverlapSide::Classify(const OverlapSide& other, double inset, double max_ed
   from_end = FromVertices(*surface, is_end, inset + 2);
   from_conflict = FromVertices(*surface, in_conflict, inset + 2);
   for (const Eigen::Vector3i& face : surface->mesh().faces) {
-    num_conflict_faces += in_conflict[Index(face[0])] && in_conflict[Index(face[1])] &&
-                          in_conflict[Index(face[2])];
+    num_conflict_faces +=
+        in_conflict[Index(face[0])] && in_conflict[Index(face[1])] && in_conflict[Index(face[2])];
   }
 }
 
@@ -188,8 +193,8 @@ class FirstLabeler {
     }
     const double inset = options_.inset * CoarserEdge(first_, second_, v);
     const auto& match = first_.matches[v];
-    const double to_conflict =
-        std::min(first_.from_conflict[v], OverlapSide::AtMatch(second_, second_.from_conflict, match));
+    const double to_conflict = std::min(
+        first_.from_conflict[v], OverlapSide::AtMatch(second_, second_.from_conflict, match));
     if (to_conflict < inset) return options_.first_wins_conflicts ? 1 : -1;
     const double to_end = first_.from_end[v];
     const double to_second_end = OverlapSide::AtMatch(second_, second_.from_end, match);
@@ -227,7 +232,8 @@ class FirstLabeler {
   bool IsPreferred(size_t f) const {
     const Eigen::Vector3i& face = mesh_.faces[f];
     const auto& is_preferred = first_.surface->band->is_preferred;
-    return std::all_of(face.begin(), face.end(), [&](int v) { return is_preferred[Index(v)] != 0; });
+    return std::all_of(face.begin(), face.end(),
+                       [&](int v) { return is_preferred[Index(v)] != 0; });
   }
 
   int32_t EdgeCapacity(size_t a, size_t b) const {
@@ -237,8 +243,8 @@ class FirstLabeler {
       return has_match ? std::min(first_.matches[v].distance / edge, kMaxDistance) : kMaxDistance;
     };
     const double length = (mesh_.vertices[a] - mesh_.vertices[b]).norm();
-    const double own = 0.5 * (first_.surface->frames.edge_length[a] +
-                              first_.surface->frames.edge_length[b]);
+    const double own =
+        0.5 * (first_.surface->frames.edge_length[a] + first_.surface->frames.edge_length[b]);
     const double cost = kLengthCost + kDistanceCost * 0.5 * (apart(a) + apart(b));
     return 1 + static_cast<int32_t>(
                    std::lround(kCapacityPerEdge * std::min(length / own, 100.0) * cost));
@@ -408,7 +414,8 @@ class RimSmoother {
     for (size_t f = 0; f < kept_.size(); ++f) {
       if (!kept_[f] || IsFixed(f)) continue;
       const Eigen::Vector3i& face = band_.mesh.faces[f];
-      if (std::any_of(face.begin(), face.end(), [&](int v) { return is_touching[Index(v)] != 0; })) {
+      if (std::any_of(face.begin(), face.end(),
+                      [&](int v) { return is_touching[Index(v)] != 0; })) {
         kept_[f] = 0;
         is_changed = true;
       }

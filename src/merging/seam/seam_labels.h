@@ -23,11 +23,11 @@ struct OverlapSide {
               const RunContext& context);
 
   const BandSurface* surface;
-  std::vector<SurfaceMatch> matches;   // #V
-  std::vector<double> from_border;     // #V: distance along the surface from any border of it
-  std::vector<VertexState> states;     // #V
-  std::vector<double> from_end;        // #V: from border over which the other surface goes on
-  std::vector<double> from_conflict;   // #V: from vertices in conflict
+  std::vector<SurfaceMatch> matches;  // #V
+  std::vector<double> from_border;    // #V: distance along the surface from any border of it
+  std::vector<VertexState> states;    // #V
+  std::vector<double> from_end;       // #V: from border over which the other surface goes on
+  std::vector<double> from_conflict;  // #V: from vertices in conflict
   // #V, or empty: vertices that stand in space that the other mesh's views saw empty; to be set
   // before Classify().
   std::vector<uint8_t> in_free_space;

@@ -28,7 +28,6 @@ constexpr double kCapacity = 1000, kDistanceCost = 2, kMaxDistance = 6, kFaceSha
 // How much the side counts on which a cell lies, for one square edge length of its cross section,
 // and at what distance [edge lengths] from the surface wholly.
 constexpr double kSideWeight = 4, kSideRamp = 0.25;
-constexpr double kWinnerWeight = 4;
 // Edge lengths between the patch and the end of the parts.
 constexpr double kMargin = 2;
 // Facets that are longer, or bridge a gap between the meshes' ends that is wider.
@@ -89,8 +88,8 @@ class PatchMaker {
       if (band.is_fixed[v]) start[v] = 0;
       longest = std::max(longest, surfaces_[side]->frames.edge_length[v]);
     }
-    const std::vector<double> distance = DistanceAlongEdges(
-        band.mesh, surfaces_[side]->topology, std::move(start), kMargin * longest);
+    const std::vector<double> distance = DistanceAlongEdges(band.mesh, surfaces_[side]->topology,
+                                                            std::move(start), kMargin * longest);
     in_margin_[side].resize(distance.size());
     for (size_t v = 0; v < distance.size(); ++v) {
       in_margin_[side][v] = distance[v] < kMargin * surfaces_[side]->frames.edge_length[v];
@@ -142,29 +141,52 @@ class PatchMaker {
     return surfaces_[place.side]->frames.edge_length[Index(place.vertex)];
   }
 
+  // Where x lies to a surface.
+  struct Sight {
+    bool is_known = false, is_beside = false;
+    double edge = 1, distance = 0;
+    double side = 0;  // from -1, inside, to 1, outside
+  };
+
+  Sight SightOf(const BandSurface& surface, const Eigen::Vector3d& x) const {
+    const SurfaceIndex::Hit hit = surface.index.Closest(x, kInfinity);
+    Sight sight;
+    if (hit.face < 0) return sight;
+    const double edge = surface.EdgeLengthAt(hit.face);
+    const double height = (x - hit.point).dot(surface.NormalAt(hit.face));
+    sight = {true, surface.IsAtBorder(hit.face, hit.point), edge, hit.distance,
+             std::clamp(height / (kSideRamp * edge), -1.0, 1.0)};
+    return sight;
+  }
+
   // Side of the surfaces on which x lies: from -1, inside, to 1, outside; 0 where it is not known.
   double SideOf(const Eigen::Vector3d& x) const {
+    const std::array<Sight, 2> sights = {SightOf(*surfaces_[0], x), SightOf(*surfaces_[1], x)};
+    const int winner = options_.first_wins_conflicts ? 0 : 1;
+    if (AreInConflict(sights)) return sights[winner].side;
     double sum = 0, weights = 0;
-    for (int side = 0; side < 2; ++side) {
-      const BandSurface& surface = *surfaces_[side];
-      const SurfaceIndex::Hit hit = surface.index.Closest(x, kInfinity);
-      if (hit.face < 0) continue;
-      const double edge = surface.EdgeLengthAt(hit.face);
-      // Beyond its end a surface says little.
-      const bool is_beside = surface.IsAtBorder(hit.face, hit.point);
-      const double height = (x - hit.point).dot(surface.NormalAt(hit.face));
-      double weight = is_beside ? 1e-3 : 1.0;
-      weight /= edge * edge;
-      if (options_.first_wins_conflicts == (side == 0)) weight *= kWinnerWeight;
-      sum += weight * std::clamp(height / (kSideRamp * edge), -1.0, 1.0);
+    for (const Sight& sight : sights) {
+      if (!sight.is_known) continue;
+      // Beyond its end a surface says little; the finer one says more.
+      const double weight = (sight.is_beside ? 1e-3 : 1.0) / (sight.edge * sight.edge);
+      sum += weight * sight.side;
       weights += weight;
     }
     return weights > 0 ? sum / weights : 0;
   }
 
+  // Between two surfaces that are too far apart to be the same.
+  bool AreInConflict(const std::array<Sight, 2>& sights) const {
+    const auto& [a, b] = sights;
+    if (!a.is_known || !b.is_known || a.is_beside || b.is_beside) return false;
+    return a.side * b.side < 0 &&
+           a.distance + b.distance > options_.max_edges * std::max(a.edge, b.edge);
+  }
+
   double DistanceToSurfaces(const Eigen::Vector3d& x, double edge) const {
     double least = kMaxDistance * edge;
-    for (const auto& surface : surfaces_) least = std::min(least, surface->index.Closest(x, least).distance);
+    for (const auto& surface : surfaces_)
+      least = std::min(least, surface->index.Closest(x, least).distance);
     return least / edge;
   }
 
@@ -194,11 +216,10 @@ class PatchMaker {
         middle += At(v) / 4;
         edge += EdgeAt(v) / 4;
       }
-      const double volume =
-          std::abs((At(cell.vertex[1]) - At(cell.vertex[0]))
-                       .cross(At(cell.vertex[2]) - At(cell.vertex[0]))
-                       .dot(At(cell.vertex[3]) - At(cell.vertex[0]))) /
-          6;
+      const double volume = std::abs((At(cell.vertex[1]) - At(cell.vertex[0]))
+                                         .cross(At(cell.vertex[2]) - At(cell.vertex[0]))
+                                         .dot(At(cell.vertex[3]) - At(cell.vertex[0]))) /
+                            6;
       section = std::cbrt(volume * volume);
     }
     const double weight = kSideWeight * std::min(section / (edge * edge), 100.0);
@@ -207,7 +228,8 @@ class PatchMaker {
 
   std::array<Eigen::Vector3d, 3> FacetCorners(const Cell& cell, int i) const {
     const auto& k = kFacetVertices[Index(i)];
-    return {At(cell.vertex[Index(k[0])]), At(cell.vertex[Index(k[1])]), At(cell.vertex[Index(k[2])])};
+    return {At(cell.vertex[Index(k[0])]), At(cell.vertex[Index(k[1])]),
+            At(cell.vertex[Index(k[2])])};
   }
 
   int32_t FacetCapacity(const Cell& cell, int i) const {
@@ -222,7 +244,8 @@ class PatchMaker {
     const FaceKey key(v);
     const Eigen::Vector3d &x = At(key.v[0]), &y = At(key.v[1]), &z = At(key.v[2]);
     const double area = 0.5 * (y - x).cross(z - x).norm() / (edge * edge);
-    double cost = std::min(area, 100.0) * (1 + kDistanceCost * DistanceToSurfaces((x + y + z) / 3, edge));
+    double cost =
+        std::min(area, 100.0) * (1 + kDistanceCost * DistanceToSurfaces((x + y + z) / 3, edge));
     if (faces_.contains(key)) cost *= kFaceShare;
     return 1 + static_cast<int32_t>(std::lround(kCapacity * cost));
   }

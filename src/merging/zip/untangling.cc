@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cstdlib>
 
 #include "lsmvs/merging/overlap/overlap.h"
 #include "lsmvs/mesh/edge_lengths.h"
@@ -53,8 +52,7 @@ Faults FindFaults(const TriangleMesh& mesh, const std::vector<uint8_t>& is_new,
   Faults faults;
   faults.faces.assign(mesh.faces.size(), 0);
   const FaceGrid grid(mesh.vertices, mesh.faces);
-  for (const auto& [a, b] :
-       grid.CrossingPairs(ActiveFaces(mesh, is_new, has_moved), context)) {
+  for (const auto& [a, b] : grid.CrossingPairs(ActiveFaces(mesh, is_new, has_moved), context)) {
     faults.faces[Index(a)] = faults.faces[Index(b)] = 1;
     ++faults.num_crossings;
   }
@@ -163,7 +161,7 @@ size_t UntangleFaces(const std::vector<uint8_t>& may_move, size_t first_new,
                      TriangleMesh* mesh) {
   std::vector<uint8_t> is_new(mesh->faces.size(), 0);
   std::fill(is_new.begin() + static_cast<std::ptrdiff_t>(first_new), is_new.end(), uint8_t{1});
-  for (int round = std::getenv("NOUT") ? kMaxRounds : 0;; ++round) {
+  for (int round = 0;; ++round) {
     const Faults faults = FindFaults(*mesh, is_new, *has_moved, context);
     if (round == kMaxRounds || !HasOne(faults.faces)) return faults.num_crossings;
     std::vector<int32_t> whole_vertex;

@@ -46,7 +46,7 @@ class Zipper {
 
  private:
   struct Bridge {
-    size_t i, j;  // positions on the loop of the first surface and, counted backwards, the second
+    size_t i, j;    // positions on the loop of the first surface and, counted backwards, the second
     double length;  // in edge lengths
   };
 
@@ -140,8 +140,7 @@ class Zipper {
   }
 
   double BridgeLength(int32_t a, int32_t b) const {
-    const double edge =
-        std::max(problem_.edge_length[Index(a)], problem_.edge_length[Index(b)]);
+    const double edge = std::max(problem_.edge_length[Index(a)], problem_.edge_length[Index(b)]);
     return (At(a) - At(b)).norm() / edge;
   }
 
@@ -197,8 +196,9 @@ class Zipper {
                          (j0 + second.size() - place_[Index(b)]) % second.size(),
                          BridgeLength(a, b)});
     }
-    std::sort(bridges.begin(), bridges.end(),
-              [](const Bridge& a, const Bridge& b) { return std::tie(a.i, a.j) < std::tie(b.i, b.j); });
+    std::sort(bridges.begin(), bridges.end(), [](const Bridge& a, const Bridge& b) {
+      return std::tie(a.i, a.j) < std::tie(b.i, b.j);
+    });
     bridges = Thinned(LongestRisingChain(bridges));
     // Back to the first one, all the way round.
     bridges.push_back({first.size(), second.size(), bridges.front().length});
@@ -226,7 +226,8 @@ class Zipper {
       }
     }
     std::vector<Bridge> chain;
-    for (int64_t k = static_cast<int64_t>(tails.back()); k >= 0; k = before[static_cast<size_t>(k)]) {
+    for (int64_t k = static_cast<int64_t>(tails.back()); k >= 0;
+         k = before[static_cast<size_t>(k)]) {
       chain.push_back(bridges[static_cast<size_t>(k)]);
     }
     std::reverse(chain.begin(), chain.end());
@@ -260,7 +261,8 @@ class Zipper {
     std::vector<int32_t> polygon;
     for (size_t i = from.i; i <= to.i; ++i) polygon.push_back(first_at(i));
     for (size_t j = to.j + 1; j-- > from.j;) polygon.push_back(second_at(j));
-    if (!std::all_of(polygon.begin(), polygon.end(), [&](int32_t v) { return is_rim_[Index(v)]; })) {
+    if (!std::all_of(polygon.begin(), polygon.end(),
+                     [&](int32_t v) { return is_rim_[Index(v)]; })) {
       return;
     }
     if (polygon.size() <= kMaxPolygon) {

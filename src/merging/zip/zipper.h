@@ -11,12 +11,12 @@ namespace lsmvs {
 
 // Two surfaces as one mesh, with a gap of about an edge length between their rims.
 struct ZipProblem {
-  const TriangleMesh* mesh = nullptr;     // manifold
-  std::vector<uint8_t> side;              // #V: 0 or 1, the surface of a vertex
-  std::vector<double> edge_length;        // #V
-  std::vector<Eigen::Vector3d> normal;    // #V, unit length
-  std::vector<uint64_t> old_border;       // edges (EdgeKey) that were border before; ascending
-  std::vector<uint64_t> cut_edges;        // edges at which faces lie that are not in the mesh
+  const TriangleMesh* mesh = nullptr;   // manifold
+  std::vector<uint8_t> side;            // #V: 0 or 1, the surface of a vertex
+  std::vector<double> edge_length;      // #V
+  std::vector<Eigen::Vector3d> normal;  // #V, unit length
+  std::vector<uint64_t> old_border;     // edges (EdgeKey) that were border before; ascending
+  std::vector<uint64_t> cut_edges;      // edges at which faces lie that are not in the mesh
 };
 
 struct ZipResult {
