@@ -176,6 +176,12 @@ class SurfaceMerger {
     }
   }
 
+  void AddTrouble(const std::vector<int32_t>& joined_vertices) {
+    for (const int32_t v : joined_vertices) {
+      counters_.trouble.push_back(joined_.vertices[Index(v)]);
+    }
+  }
+
   void Join() {
     Combine();
     ZipProblem problem;
@@ -188,12 +194,17 @@ class SurfaceMerger {
     const ZipResult zip = ZipRims(problem);
     counters_.num_new_faces += zip.faces.size();
     counters_.num_open_edges += zip.open_vertices.size();
-    for (const int32_t v : zip.open_vertices)
-      counters_.trouble.push_back(joined_.vertices[Index(v)]);
+    AddTrouble(zip.open_vertices);
     num_old_faces_ = joined_.faces.size();
     joined_.faces.insert(joined_.faces.end(), zip.faces.begin(), zip.faces.end());
-    counters_.num_crossings +=
+    std::vector<int32_t> crossings =
         UntangleFaces(may_move_, num_old_faces_, context_, &has_moved_, &joined_);
+    // What the band around the seam does not give way to, its surroundings may.
+    if (!crossings.empty()) {
+      crossings = UntangleFaces(is_free_, num_old_faces_, context_, &has_moved_, &joined_);
+    }
+    counters_.num_crossings += crossings.size();
+    AddTrouble(crossings);
   }
 
   // What is kept of both bands, as one mesh; displaced.
@@ -243,7 +254,7 @@ class SurfaceMerger {
     normal_.push_back(surfaces_[side]->frames.normal[v]);
     has_moved_.push_back(!moved.isZero(0.0));
     may_move_.push_back(band_may_move_[side][v]);
-    origin_.push_back({side, static_cast<int32_t>(v)});
+    is_free_.push_back(!band.is_fixed[v]);
   }
 
   // Both wholes with what has become of their bands: vertices of the first, then those that it got,
@@ -331,11 +342,6 @@ class SurfaceMerger {
 
   static constexpr int32_t kUnused = -1, kOutside = -2;
 
-  struct Origin {
-    int side;
-    int32_t vertex;
-  };
-
   std::array<const SourcedMesh*, 2> whole_;
   const SurfaceMergingOptions& options_;
   const RunContext& context_;
@@ -355,11 +361,10 @@ class SurfaceMerger {
   // What is kept of both bands, then the seam's faces.
   TriangleMesh joined_;
   size_t num_old_faces_ = 0;
-  std::vector<uint8_t> face_side_, side_of_, has_moved_, may_move_;
+  std::vector<uint8_t> face_side_, side_of_, has_moved_, may_move_, is_free_;
   std::vector<double> edge_length_;
   std::vector<Eigen::Vector3d> normal_;
   std::vector<uint64_t> old_border_, cut_edges_;
-  std::vector<Origin> origin_;
 };
 
 }  // namespace

@@ -43,8 +43,8 @@ std::vector<uint8_t> ActiveFaces(const TriangleMesh& mesh, const std::vector<uin
 }
 
 struct Faults {
-  std::vector<uint8_t> faces;  // #F: crossing or folded
-  size_t num_crossings = 0;
+  std::vector<uint8_t> faces;      // #F: crossing or folded
+  std::vector<int32_t> crossings;  // a vertex of each pair
 };
 
 Faults FindFaults(const TriangleMesh& mesh, const std::vector<uint8_t>& is_new,
@@ -54,7 +54,7 @@ Faults FindFaults(const TriangleMesh& mesh, const std::vector<uint8_t>& is_new,
   const FaceGrid grid(mesh.vertices, mesh.faces);
   for (const auto& [a, b] : grid.CrossingPairs(ActiveFaces(mesh, is_new, has_moved), context)) {
     faults.faces[Index(a)] = faults.faces[Index(b)] = 1;
-    ++faults.num_crossings;
+    faults.crossings.push_back(mesh.faces[Index(a)][0]);
   }
   const FaceNeighbors neighbors = FindFaceNeighbors(mesh.faces, mesh.vertices.size());
   for (size_t f = 0; f < is_new.size(); ++f) {
@@ -156,14 +156,14 @@ Tangle CutOut(const TriangleMesh& mesh, const std::vector<uint8_t>& faulty, size
 
 }  // namespace
 
-size_t UntangleFaces(const std::vector<uint8_t>& may_move, size_t first_new,
-                     const RunContext& context, std::vector<uint8_t>* has_moved,
-                     TriangleMesh* mesh) {
+std::vector<int32_t> UntangleFaces(const std::vector<uint8_t>& may_move, size_t first_new,
+                                   const RunContext& context, std::vector<uint8_t>* has_moved,
+                                   TriangleMesh* mesh) {
   std::vector<uint8_t> is_new(mesh->faces.size(), 0);
   std::fill(is_new.begin() + static_cast<std::ptrdiff_t>(first_new), is_new.end(), uint8_t{1});
   for (int round = 0;; ++round) {
     const Faults faults = FindFaults(*mesh, is_new, *has_moved, context);
-    if (round == kMaxRounds || !HasOne(faults.faces)) return faults.num_crossings;
+    if (round == kMaxRounds || !HasOne(faults.faces)) return faults.crossings;
     std::vector<int32_t> whole_vertex;
     Tangle tangle = CutOut(*mesh, faults.faces, first_new, may_move, *has_moved, &whole_vertex);
     SmoothFaults(context, &tangle);

@@ -40,6 +40,7 @@ class Zipper {
     PairVertices();
     JoinLoops();
     FillLoops();
+    CloseEnds();
     FindOpenEdges();
     return std::move(result_);
   }
@@ -359,6 +360,54 @@ class Zipper {
       const bool is_closed = w == static_cast<int32_t>(v);
       if (is_closed && is_new && all_rim && loop.size() >= 3 && loop.size() <= kMaxLoop) Fill(loop);
     }
+  }
+
+  bool IsNewRim(int32_t from, int32_t to) const {
+    return problem_.side[Index(from)] == problem_.side[Index(to)] && !IsOldOrCut(from, to);
+  }
+  bool IsBridge(int32_t from, int32_t to) const {
+    return problem_.side[Index(from)] != problem_.side[Index(to)];
+  }
+
+  // Where a seam ends at a border, edges of a rim may go on beyond the last bridge: each of them
+  // next to a bridge gets a triangle with it, which makes the next bridge.
+  void CloseEnds() {
+    std::vector<int32_t> next = BorderNow(), previous(next.size(), -1);
+    std::vector<int32_t> waiting;
+    for (size_t v = 0; v < next.size(); ++v) {
+      if (next[v] < 0) continue;
+      previous[Index(next[v])] = static_cast<int32_t>(v);
+      if (IsBridge(static_cast<int32_t>(v), next[v])) waiting.push_back(static_cast<int32_t>(v));
+    }
+    while (!waiting.empty()) {
+      const int32_t a = waiting.back(), b = next[Index(a)];
+      waiting.pop_back();
+      if (b < 0 || !IsBridge(a, b)) continue;
+      const int32_t before = previous[Index(a)], after = next[Index(b)];
+      if (before >= 0 && IsNewRim(before, a) && AddTriangle(before, a, b)) {
+        next[Index(before)] = b;
+        previous[Index(b)] = before;
+        next[Index(a)] = previous[Index(a)] = -1;
+        waiting.push_back(before);
+      } else if (after >= 0 && IsNewRim(b, after) && AddTriangle(a, b, after)) {
+        next[Index(a)] = after;
+        previous[Index(after)] = a;
+        next[Index(b)] = previous[Index(b)] = -1;
+        waiting.push_back(a);
+      }
+    }
+  }
+
+  // Unless it would be turned away from the surface, too long, or repeat an edge.
+  bool AddTriangle(int32_t a, int32_t b, int32_t c) {
+    const Eigen::Vector3d normal = (At(b) - At(a)).cross(At(c) - At(a));
+    const Eigen::Vector3d expected =
+        problem_.normal[Index(a)] + problem_.normal[Index(b)] + problem_.normal[Index(c)];
+    if (normal.dot(expected) <= 0.3 * normal.norm() * expected.norm()) return false;
+    if (BridgeLength(a, c) > kMaxBridge || edges_.contains(EdgeKey(a, c))) return false;
+    edges_.insert(EdgeKey(a, c));
+    result_.faces.emplace_back(a, b, c);
+    return true;
   }
 
   void FindOpenEdges() {
