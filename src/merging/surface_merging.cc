@@ -22,6 +22,8 @@ constexpr double kReach = 20;
 constexpr double kMinSmoothWidth = 3, kMaxBlendWidth = 18;
 // Growth of edges with the distance from the seam.
 constexpr double kGrowth = 0.3;
+// Ratio of edge lengths from which on large faces are split where the other surface ends.
+constexpr double kCoarse = 8;
 constexpr double kClearance = 0.6;
 constexpr size_t kMinPieceFaces = 40;
 constexpr double kMaxRoundingPart = 1e-4;
@@ -43,6 +45,7 @@ class SurfaceMerger {
       mean_edge_[side] = MeanEdgeLength(bands_[side].mesh);
       num_band_faces_ += bands_[side].mesh.faces.size();
     }
+    for (int side = 0; side < 2; ++side) RefineAlongOtherBorder(side);
     context_.ThrowIfCancelled();
     if (options_.in_free_space) {
       for (int side = 0; side < 2; ++side) {
@@ -145,6 +148,20 @@ class SurfaceMerger {
     if (bands_[0].mesh.faces.size() != before[0] || bands_[1].mesh.faces.size() != before[1]) {
       Compare();
     }
+  }
+
+  // Faces that are much larger than the other surface's cannot tell where that ends.
+  void RefineAlongOtherBorder(int side) {
+    const MeshBand& other = bands_[1 - side];
+    if (mean_edge_[side] < kCoarse * mean_edge_[1 - side]) return;
+    const SurfaceTopology topology(other.mesh, other.cut_edges);
+    SeamPoints border;
+    for (size_t v = 0; v < other.mesh.vertices.size(); ++v) {
+      if (!topology.IsOnBorder(static_cast<int32_t>(v))) continue;
+      border.positions.push_back(other.mesh.vertices[v]);
+      border.edge_lengths.push_back(0.5 * kCoarse * mean_edge_[1 - side]);
+    }
+    RefineTowardsSeam(border, kGrowth, &bands_[side]);
   }
 
   // Parts of a face have its label.

@@ -12,7 +12,6 @@ namespace lsmvs {
 // squared lengths of the sides, and much more where a triangle is turned away from the normals
 // (unit length) at its corners. Triangles run along the polygon in its direction. `may_join`: which
 // diagonals are allowed. Empty if there is none. O(n^3), 12 bytes times n^2.
-//   G. Klincsek: Minimal triangulations of polygonal domains, 1980.
 std::vector<Eigen::Vector3i> FillPolygon(std::span<const Eigen::Vector3d> vertices,
                                          std::span<const Eigen::Vector3d> normals,
                                          const std::vector<int32_t>& polygon,
