@@ -23,7 +23,7 @@ constexpr double kMinSmoothWidth = 3, kMaxBlendWidth = 18;
 // Growth of edges with the distance from the seam.
 constexpr double kGrowth = 0.3;
 // Ratio of edge lengths from which on large faces are split where the other surface ends.
-constexpr double kCoarse = 8;
+constexpr double kCoarse = 16;
 constexpr double kClearance = 0.6;
 constexpr size_t kMinPieceFaces = 40;
 constexpr double kMaxRoundingPart = 1e-4;
@@ -159,7 +159,7 @@ class SurfaceMerger {
     for (size_t v = 0; v < other.mesh.vertices.size(); ++v) {
       if (!topology.IsOnBorder(static_cast<int32_t>(v))) continue;
       border.positions.push_back(other.mesh.vertices[v]);
-      border.edge_lengths.push_back(0.5 * kCoarse * mean_edge_[1 - side]);
+      border.edge_lengths.push_back(0.25 * kCoarse * mean_edge_[1 - side]);
     }
     RefineTowardsSeam(border, kGrowth, &bands_[side]);
   }
