@@ -71,6 +71,12 @@ Faults FindFaults(const TriangleMesh& mesh, const std::vector<uint8_t>& is_new,
   return faults;
 }
 
+std::vector<uint8_t> Either(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) {
+  std::vector<uint8_t> either = a;
+  for (size_t i = 0; i < b.size(); ++i) either[i] |= b[i];
+  return either;
+}
+
 // Sets the vertices of the faces at which a flag is set.
 std::vector<uint8_t> VerticesOf(const TriangleMesh& mesh, const std::vector<uint8_t>& faces) {
   std::vector<uint8_t> vertices(mesh.vertices.size(), 0);
@@ -116,7 +122,8 @@ bool SmoothVertices(const std::vector<uint8_t>& vertices, Tangle* tangle) {
 
 void SmoothFaults(const RunContext& context, Tangle* tangle) {
   for (int step = 0; step < kMaxSteps; ++step) {
-    const Faults faults = FindFaults(tangle->mesh, tangle->is_new, tangle->has_moved, context);
+    const Faults faults = FindFaults(tangle->mesh, tangle->is_new,
+                                     Either(tangle->has_moved, tangle->may_move), context);
     if (!HasOne(faults.faces)) return;
     std::vector<uint8_t> vertices = VerticesOf(tangle->mesh, faults.faces);
     // More and more around what does not come right.
@@ -162,7 +169,7 @@ std::vector<int32_t> UntangleFaces(const std::vector<uint8_t>& may_move, size_t 
   std::vector<uint8_t> is_new(mesh->faces.size(), 0);
   std::fill(is_new.begin() + static_cast<std::ptrdiff_t>(first_new), is_new.end(), uint8_t{1});
   for (int round = 0;; ++round) {
-    const Faults faults = FindFaults(*mesh, is_new, *has_moved, context);
+    const Faults faults = FindFaults(*mesh, is_new, Either(*has_moved, may_move), context);
     if (round == kMaxRounds || !HasOne(faults.faces)) return faults.crossings;
     std::vector<int32_t> whole_vertex;
     Tangle tangle = CutOut(*mesh, faults.faces, first_new, may_move, *has_moved, &whole_vertex);

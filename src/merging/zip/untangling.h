@@ -9,10 +9,11 @@
 
 namespace lsmvs {
 
-// Moves vertices with `may_move` (#V) towards the mean of their neighbours where faces at a vertex
-// with `has_moved` (#V) or from `first_new` on cross others, or such new faces lie folded on their
-// neighbours, until none do or it does not help. Sets `has_moved`. Returns a vertex of
-// each crossing pair that is left. O(#F), and some ten times the faces around the crossings.
+// Moves vertices with `may_move` (#V) towards the mean of their neighbours where faces at them, at
+// vertices with `has_moved` (#V) or from `first_new` on cross others, or where faces from
+// `first_new` on lie folded on their neighbours, until none do or it does not help. Sets
+// `has_moved`. Returns a vertex of each crossing pair that is left. O(#F), and some ten times the
+// faces around the crossings.
 std::vector<int32_t> UntangleFaces(const std::vector<uint8_t>& may_move, size_t first_new,
                                    const RunContext& context, std::vector<uint8_t>* has_moved,
                                    TriangleMesh* mesh);
