@@ -28,7 +28,7 @@ MAY_USE = {
     "refinement": {"scene", "mesh", "image", "geometry"},
     "texturing": {"scene", "mesh", "image", "geometry", "graph"},
     "partition": {"scene", "mesh", "image", "geometry"},
-    "merging": {"mesh", "partition", "geometry"},
+    "merging": {"surface", "scene", "mesh", "partition", "image", "geometry", "graph"},
     "evaluation": {"scene", "mesh", "image", "geometry"},
     "exporting": {"evaluation", "mesh", "image", "geometry"},
     "execution": set(),

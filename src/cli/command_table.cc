@@ -11,7 +11,7 @@ const std::vector<CommandFactory>& CommandTable() {
       MakeMeshRefinerCommand,  MakeMeshTexturerCommand,
       MakeMeshSimplifier,      MakeMeshEvaluator,
       MakeMeshRenderer,        MakeMeshComparer,
-      MakeMeshExporter,
+      MakeMeshExporter,        MakeMeshMerger,
   };
   return table;
 }

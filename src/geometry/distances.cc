@@ -14,7 +14,7 @@ Eigen::Vector3d ClosestOnTriangle(const Eigen::Vector3d& p, const Triangle3& t) 
   const double d3 = ab.dot(bp), d4 = ac.dot(bp);
   if (d3 >= 0 && d4 <= d3) return t.b;
   const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return t.a + d1 / (d1 - d3) * ab;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) return t.a + d1 / (d1 - d3) * ab;
   const double d5 = ab.dot(cp), d6 = ac.dot(cp);
   if (d6 >= 0 && d5 <= d6) return t.c;
   const double vb = d5 * d2 - d1 * d6;

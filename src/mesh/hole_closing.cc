@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "lsmvs/mesh/face_crossings.h"
+#include "lsmvs/mesh/polygon_triangulation.h"
 #include "lsmvs/mesh/repair.h"
 
 namespace lsmvs {
@@ -29,70 +30,26 @@ std::vector<Edge> EdgesAmong(const TriangleMesh& mesh, const std::vector<std::ve
   return edges;
 }
 
-// Triangulation of one loop of least area (G. Klincsek: Minimal triangulations of polygonal
-// domains, 1980).
-class LoopFiller {
- public:
-  LoopFiller(const TriangleMesh& mesh, const std::vector<int>& loop, const std::vector<Edge>& edges,
-             const HoleClosingOptions& options)
-      : mesh_(mesh),
-        loop_(loop),
-        edges_(edges),
-        options_(options),
-        n_(loop.size()),
-        cost_(n_ * n_, std::numeric_limits<double>::infinity()),
-        apex_(n_ * n_, -1) {}
-
-  // Empty if there is none.
-  std::vector<Eigen::Vector3i> Run() {
-    for (size_t i = 0; i + 1 < n_; ++i) cost_[i * n_ + i + 1] = 0;
-    for (size_t gap = 2; gap < n_; ++gap) {
-      for (size_t i = 0; i + gap < n_; ++i) Solve(i, i + gap);
-    }
-    std::vector<Eigen::Vector3i> faces;
-    if (cost_[n_ - 1] < std::numeric_limits<double>::infinity()) Collect(0, n_ - 1, &faces);
-    return faces;
+// Triangulation of one loop of least area. Empty if there is none.
+std::vector<Eigen::Vector3i> FillLoop(const TriangleMesh& mesh, const std::vector<int>& loop,
+                                      const std::vector<Edge>& edges,
+                                      const HoleClosingOptions& options) {
+  const auto area = [&](size_t i, size_t k, size_t j) {
+    const Eigen::Vector3d& a = mesh.vertices[loop[i]];
+    const double size = 0.5 * (mesh.vertices[loop[k]] - a).cross(mesh.vertices[loop[j]] - a).norm();
+    const bool is_accepted =
+        size > 0 && (!options.accept || options.accept({loop[i], loop[k], loop[j]}));
+    return is_accepted ? size : std::numeric_limits<double>::infinity();
+  };
+  const auto may_join = [&](size_t i, size_t j) {
+    return !std::binary_search(edges.begin(), edges.end(), Edge(std::minmax(loop[i], loop[j])));
+  };
+  std::vector<Eigen::Vector3i> faces = TriangulatePolygon(loop.size(), area, may_join);
+  for (Eigen::Vector3i& face : faces) {
+    for (int& v : face) v = loop[static_cast<size_t>(v)];
   }
-
- private:
-  bool Accepted(size_t i, size_t k, size_t j) const {
-    return !options_.accept || options_.accept({loop_[i], loop_[k], loop_[j]});
-  }
-  bool MayJoin(size_t i, size_t j) const {
-    const bool side = j == i + 1 || (i == 0 && j + 1 == n_);
-    return side ||
-           !std::binary_search(edges_.begin(), edges_.end(), Edge(std::minmax(loop_[i], loop_[j])));
-  }
-  double Area(size_t i, size_t j, size_t k) const {
-    const Eigen::Vector3d& a = mesh_.vertices[loop_[i]];
-    return 0.5 * (mesh_.vertices[loop_[j]] - a).cross(mesh_.vertices[loop_[k]] - a).norm();
-  }
-  void Solve(size_t i, size_t j) {
-    if (!MayJoin(i, j)) return;
-    for (size_t k = i + 1; k < j; ++k) {
-      const double area = Area(i, k, j);
-      const double cost = cost_[i * n_ + k] + cost_[k * n_ + j] + area;
-      if (!(area > 0) || cost >= cost_[i * n_ + j] || !Accepted(i, k, j)) continue;
-      cost_[i * n_ + j] = cost;
-      apex_[i * n_ + j] = static_cast<int>(k);
-    }
-  }
-  void Collect(size_t i, size_t j, std::vector<Eigen::Vector3i>* faces) const {
-    if (j == i + 1) return;
-    const auto k = static_cast<size_t>(apex_[i * n_ + j]);
-    faces->emplace_back(loop_[i], loop_[k], loop_[j]);
-    Collect(i, k, faces);
-    Collect(k, j, faces);
-  }
-
-  const TriangleMesh& mesh_;
-  const std::vector<int>& loop_;
-  const std::vector<Edge>& edges_;
-  const HoleClosingOptions& options_;
-  size_t n_;
-  std::vector<double> cost_;  // of the best triangulation between loop positions i < j
-  std::vector<int> apex_;
-};
+  return faces;
+}
 
 // Drops the patches of new faces that pass through others; patch_begin[i] is the first face of the
 // i-th, its back the number of faces. Of two patches that cross, the later goes. Returns the number
@@ -127,7 +84,7 @@ size_t CloseHoles(const HoleClosingOptions& options, const RunContext& context,
   const std::vector<Edge> edges = EdgesAmong(*mesh, loops);
   std::vector<size_t> patch_begin = {mesh->faces.size()};
   for (const std::vector<int>& loop : loops) {
-    const std::vector<Eigen::Vector3i> faces = LoopFiller(*mesh, loop, edges, options).Run();
+    const std::vector<Eigen::Vector3i> faces = FillLoop(*mesh, loop, edges, options);
     if (faces.empty()) continue;
     mesh->faces.insert(mesh->faces.end(), faces.begin(), faces.end());
     patch_begin.push_back(mesh->faces.size());

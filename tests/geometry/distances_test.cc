@@ -34,6 +34,12 @@ TEST(Distances, OfATriangleAreLeastOverItsPoints) {
 TEST(Distances, OfADegenerateTriangleAreThoseOfItsSegment) {
   const Triangle3 t = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
   EXPECT_NEAR((ClosestOnTriangle({1.5, 3, 0}, t) - Eigen::Vector3d(1.5, 0, 0)).norm(), 0, 1e-12);
+  for (const Triangle3& edge :
+       {Triangle3{{0, 0, 0}, {0, 0, 0}, {2, 0, 0}}, Triangle3{{0, 0, 0}, {2, 0, 0}, {2, 0, 0}},
+        Triangle3{{0, 0, 0}, {2, 0, 0}, {0, 0, 0}}}) {
+    EXPECT_NEAR((ClosestOnTriangle({1.5, 3, 0}, edge) - Eigen::Vector3d(1.5, 0, 0)).norm(), 0,
+                1e-12);
+  }
   const Triangle3 point = {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}};
   EXPECT_EQ(ClosestOnTriangle({4, 5, 6}, point), Eigen::Vector3d(1, 1, 1));
 }

@@ -21,6 +21,7 @@ std::unique_ptr<Command> MakeMeshSimplifier();
 std::unique_ptr<Command> MakeMeshComparer();
 std::unique_ptr<Command> MakeMeshEvaluator();
 std::unique_ptr<Command> MakeMeshExporter();
+std::unique_ptr<Command> MakeMeshMerger();
 std::unique_ptr<Command> MakeMeshRenderer();
 
 }  // namespace lsmvs

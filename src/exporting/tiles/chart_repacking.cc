@@ -7,6 +7,7 @@
 
 #include "lsmvs/exporting/tiles/rectangle_packing.h"
 #include "lsmvs/image/hole_filling.h"
+#include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/mesh/texture_charts.h"
 
 namespace lsmvs {

@@ -10,6 +10,7 @@
 #include "lsmvs/exporting/tiles/surface_baking.h"
 #include "lsmvs/geometry/distances.h"
 #include "lsmvs/image/image_codec.h"
+#include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/mesh/simplify.h"
 #include "lsmvs/mesh/texture_pages.h"
 

@@ -31,7 +31,5 @@ inline double TriangleArea(const std::array<Eigen::Vector2f, 3>& t) {
 // Mean width of a texel on the surface (root of area over texels); 0 if the texture has no area.
 double MeanTexelSize(const TriangleMesh& mesh,
                      const std::vector<std::array<Eigen::Vector2f, 3>>& texcoords);
-// Mean length of the edges of the faces.
-double MeanEdgeLength(const TriangleMesh& mesh);
 
 }  // namespace lsmvs

@@ -8,6 +8,7 @@
 #include "lsmvs/exporting/tiles/chart_repacking.h"
 #include "lsmvs/exporting/tiles/skirts.h"
 #include "lsmvs/exporting_test/textured_blob.h"
+#include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/mesh/texture_pages.h"
 #include "lsmvs/synthetic/textured_atlas.h"
 #include "lsmvs/test_support/temporary_folder.h"

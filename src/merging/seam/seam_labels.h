@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lsmvs/merging/overlap/overlap.h"
+#include "lsmvs/util/run_context.h"
+
+namespace lsmvs {
+
+// How a vertex lies to the other surface.
+enum class VertexState : uint8_t {
+  kOver,      // the other surface is there, too
+  kAtRim,     // by the border of the other: both end here, or nearly
+  kBeside,    // beyond the border of the other, or far from it: only this surface is there
+  kUnclear,   // in a small patch for which no match was found
+  kConflict,  // in a patch that parts from the other surface where that goes on, or in free space
+};
+
+// A surface, its matches on the other, and what follows from them.
+struct OverlapSide {
+  OverlapSide(const BandSurface& surface, const BandSurface& other, double max_edges,
+              const RunContext& context);
+
+  const BandSurface* surface;
+  std::vector<SurfaceMatch> matches;  // #V
+  std::vector<double> from_border;    // #V: distance along the surface from any border of it
+  std::vector<VertexState> states;    // #V
+  std::vector<double> from_end;       // #V: from border over which the other surface goes on
+  std::vector<double> from_conflict;  // #V: from vertices in conflict
+  // #V, or empty: vertices that stand in space that the other mesh's views saw empty; to be set
+  // before Classify().
+  std::vector<uint8_t> in_free_space;
+  size_t num_conflict_faces = 0;
+
+  // Both sides must have been made. `inset` edge lengths is as far as distances are looked at.
+  void Classify(const OverlapSide& other, double inset, double max_edges,
+                const RunContext& context);
+  // A distance of the other side's vertices at the match of v.
+  static double AtMatch(const OverlapSide& other, const std::vector<double>& distance,
+                        const SurfaceMatch& match);
+};
+
+struct SeamOptions {
+  // Edge lengths that the seam keeps from where a surface ends, if the overlap is wide enough.
+  double inset = 3;
+  // Whether patches of the first surface that contradict the second stay, and those of the second
+  // go.
+  bool first_wins_conflicts = true;
+};
+
+// Which faces of the first surface (#F) stay: 1, or make way for the second: 0. A minimum cut.
+// Each surface stays where it is alone; where both are, the finer one is preferred, and the seam
+// runs where it is short and the surfaces are close. Ties favour the second.
+std::vector<uint8_t> LabelFirstSurface(const OverlapSide& first, const OverlapSide& second,
+                                       const SeamOptions& options, const RunContext& context);
+
+// Which faces of the second surface stay, given the labels of the first: those that are not over a
+// face that stays and keep `clearance` edge lengths from the seam.
+std::vector<uint8_t> LabelSecondSurface(const OverlapSide& first, const OverlapSide& second,
+                                        const std::vector<uint8_t>& first_labels,
+                                        bool first_wins_conflicts, double clearance,
+                                        const RunContext& context);
+
+// Faces of `kept` (#F) that make a ragged rim are taken out: teeth that hang on one edge, faces at
+// vertices where the rest touches itself, and pieces of fewer than `min_num_faces` faces without
+// contact to faces outside of the band.
+void SmoothRim(const MeshBand& band, size_t min_num_faces, std::vector<uint8_t>* kept);
+
+}  // namespace lsmvs

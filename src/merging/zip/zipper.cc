@@ -1,0 +1,442 @@
+#include "lsmvs/merging/zip/zipper.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <tuple>
+#include <unordered_set>
+#include <utility>
+
+#include "lsmvs/merging/overlap/mesh_band.h"
+#include "lsmvs/merging/overlap/surface_index.h"
+#include "lsmvs/merging/zip/polygon_filling.h"
+#include "lsmvs/mesh/face_sides.h"
+
+namespace lsmvs {
+
+namespace {
+
+// In edge lengths: how far apart vertices of two rims may be joined, and how far an old border lies
+// that takes part.
+constexpr double kMaxBridge = 5, kMaxOldBorder = 2.5;
+constexpr double kMinNormalCosine = 0.2;
+// Vertices of a rim between two bridges, about.
+constexpr size_t kBridgeSpacing = 4;
+constexpr size_t kMaxPolygon = 48, kMaxLoop = 120;
+
+size_t Index(int32_t i) { return static_cast<size_t>(i); }
+
+class Zipper {
+ public:
+  explicit Zipper(const ZipProblem& problem)
+      : problem_(problem), mesh_(*problem.mesh), next_(mesh_.vertices.size(), -1) {}
+
+  ZipResult Run() {
+    FindBorder();
+    MarkRims();
+    CollectEdges();
+    TraceLoops();
+    PairVertices();
+    JoinLoops();
+    FillLoops();
+    CloseEnds();
+    FindOpenEdges();
+    return std::move(result_);
+  }
+
+ private:
+  struct Bridge {
+    size_t i, j;    // positions on the loop of the first surface and, counted backwards, the second
+    double length;  // in edge lengths
+  };
+
+  const Eigen::Vector3d& At(int32_t v) const { return mesh_.vertices[Index(v)]; }
+  static bool Holds(const std::vector<uint64_t>& keys, uint64_t key) {
+    return std::binary_search(keys.begin(), keys.end(), key);
+  }
+
+  void FindBorder() {
+    const std::vector<FaceSide> sides = SortedFaceSides(mesh_.faces, mesh_.vertices.size());
+    is_rim_.assign(mesh_.vertices.size(), 0);
+    ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+      if (end - begin != 1) return;
+      const Eigen::Vector3i& face = mesh_.faces[Index(begin->face)];
+      const int from = face[begin->corner], to = face[(begin->corner + 1) % 3];
+      next_[Index(to)] = from;
+      const uint64_t key = EdgeKey(from, to);
+      if (Holds(problem_.cut_edges, key) || Holds(problem_.old_border, key)) return;
+      is_rim_[Index(from)] = is_rim_[Index(to)] = 1;
+      rim_edges_[problem_.side[Index(from)]].emplace_back(from, to, to);
+    });
+  }
+
+  // Old borders that lie by the rim of the other surface take part.
+  void MarkRims() {
+    std::vector<uint8_t> on_cut(mesh_.vertices.size(), 0);
+    for (const uint64_t key : problem_.cut_edges) {
+      on_cut[key >> 32] = on_cut[key & 0xFFFFFFFFu] = 1;
+    }
+    const std::array<SurfaceIndex, 2> rims = {SurfaceIndex(mesh_.vertices, rim_edges_[0]),
+                                              SurfaceIndex(mesh_.vertices, rim_edges_[1])};
+    std::vector<int32_t> added;
+    for (size_t v = 0; v < next_.size(); ++v) {
+      if (next_[v] < 0 || is_rim_[v] || on_cut[v]) continue;
+      const double reach = kMaxOldBorder * problem_.edge_length[v];
+      if (rims[1 - problem_.side[v]].Closest(mesh_.vertices[v], reach).face >= 0) {
+        added.push_back(static_cast<int32_t>(v));
+      }
+    }
+    for (const int32_t v : added) is_rim_[Index(v)] = 1;
+  }
+
+  // Edges of the mesh between vertices of the rims: they must not be made again.
+  void CollectEdges() {
+    for (const Eigen::Vector3i& face : mesh_.faces) {
+      for (int k = 0; k < 3; ++k) {
+        const int a = face[k], b = face[(k + 1) % 3];
+        if (is_rim_[Index(a)] && is_rim_[Index(b)]) edges_.insert(EdgeKey(a, b));
+      }
+    }
+  }
+
+  void TraceLoops() {
+    loop_of_.assign(next_.size(), -1);
+    place_.assign(next_.size(), 0);
+    for (size_t v = 0; v < next_.size(); ++v) {
+      if (next_[v] < 0 || loop_of_[v] >= 0) continue;
+      std::vector<int32_t> loop;
+      for (int32_t w = static_cast<int32_t>(v); w >= 0 && loop_of_[Index(w)] < 0;
+           w = next_[Index(w)]) {
+        loop_of_[Index(w)] = static_cast<int32_t>(loops_.size());
+        place_[Index(w)] = loop.size();
+        loop.push_back(w);
+      }
+      loops_.push_back(std::move(loop));
+    }
+  }
+
+  void PairVertices() {
+    std::array<std::vector<Eigen::Vector3i>, 2> points;
+    for (size_t v = 0; v < is_rim_.size(); ++v) {
+      const int32_t i = static_cast<int32_t>(v);
+      if (is_rim_[v] && loop_of_[v] >= 0) points[problem_.side[v]].emplace_back(i, i, i);
+    }
+    const std::array<SurfaceIndex, 2> indices = {SurfaceIndex(mesh_.vertices, points[0]),
+                                                 SurfaceIndex(mesh_.vertices, points[1])};
+    nearest_.assign(is_rim_.size(), -1);
+    for (int side = 0; side < 2; ++side) {
+      const auto& others = points[Index(1 - side)];
+      for (const Eigen::Vector3i& point : points[Index(side)]) {
+        const size_t v = Index(point[0]);
+        const auto accept = [&](int32_t k) {
+          const size_t w = Index(others[Index(k)][0]);
+          return problem_.normal[v].dot(problem_.normal[w]) > kMinNormalCosine;
+        };
+        const double reach = kMaxBridge * problem_.edge_length[v];
+        const auto hit = indices[Index(1 - side)].Closest(mesh_.vertices[v], reach, accept);
+        if (hit.face >= 0) nearest_[v] = others[Index(hit.face)][0];
+      }
+    }
+  }
+
+  double BridgeLength(int32_t a, int32_t b) const {
+    const double edge = std::max(problem_.edge_length[Index(a)], problem_.edge_length[Index(b)]);
+    return (At(a) - At(b)).norm() / edge;
+  }
+
+  // Most bridges first, where a rim lies by several.
+  void JoinLoops() {
+    // Pairs of vertices that are nearest to each other, by their loops.
+    std::map<std::pair<int32_t, int32_t>, std::vector<std::pair<int32_t, int32_t>>> pairs;
+    for (size_t v = 0; v < nearest_.size(); ++v) {
+      const int32_t w = nearest_[v];
+      if (w < 0 || problem_.side[v] != 0 || nearest_[Index(w)] != static_cast<int32_t>(v)) continue;
+      pairs[{loop_of_[v], loop_of_[Index(w)]}].emplace_back(static_cast<int32_t>(v), w);
+    }
+    AddEnds(&pairs);
+    std::vector<std::pair<int32_t, int32_t>> order;
+    for (const auto& [loops, list] : pairs) order.push_back(loops);
+    std::stable_sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
+      return pairs[a].size() > pairs[b].size();
+    });
+    for (const auto& loops : order) {
+      JoinTwo(loops_[Index(loops.first)], loops_[Index(loops.second)], pairs[loops]);
+    }
+  }
+
+  // Where a rim ends at an old border, there is no pair beyond: its last vertex takes the nearest.
+  void AddEnds(std::map<std::pair<int32_t, int32_t>, std::vector<std::pair<int32_t, int32_t>>>*
+                   pairs) const {
+    std::vector<uint8_t> is_end(is_rim_.size(), 0);
+    for (size_t v = 0; v < is_end.size(); ++v) {
+      const int32_t w = next_[v];
+      if (w < 0 || is_rim_[v] == is_rim_[Index(w)]) continue;
+      is_end[is_rim_[v] ? v : Index(w)] = 1;
+    }
+    for (size_t v = 0; v < is_end.size(); ++v) {
+      const int32_t w = nearest_[v];
+      if (!is_end[v] || w < 0 || nearest_[Index(w)] == static_cast<int32_t>(v)) continue;
+      const auto pair = problem_.side[v] == 0 ? std::pair(static_cast<int32_t>(v), w)
+                                              : std::pair(w, static_cast<int32_t>(v));
+      auto found = pairs->find({loop_of_[Index(pair.first)], loop_of_[Index(pair.second)]});
+      if (found != pairs->end()) found->second.push_back(pair);
+    }
+  }
+
+  // Along the first loop, and backwards along the second, from the shortest pair on.
+  void JoinTwo(const std::vector<int32_t>& first, const std::vector<int32_t>& second,
+               const std::vector<std::pair<int32_t, int32_t>>& pairs) {
+    const auto shortest = std::min_element(pairs.begin(), pairs.end(), [&](auto& a, auto& b) {
+      return BridgeLength(a.first, a.second) < BridgeLength(b.first, b.second);
+    });
+    const size_t i0 = place_[Index(shortest->first)], j0 = place_[Index(shortest->second)];
+    std::vector<Bridge> bridges;
+    for (const auto& [a, b] : pairs) {
+      bridges.push_back({(place_[Index(a)] + first.size() - i0) % first.size(),
+                         (j0 + second.size() - place_[Index(b)]) % second.size(),
+                         BridgeLength(a, b)});
+    }
+    std::sort(bridges.begin(), bridges.end(), [](const Bridge& a, const Bridge& b) {
+      return std::tie(a.i, a.j) < std::tie(b.i, b.j);
+    });
+    bridges = Thinned(LongestRisingChain(bridges));
+    // Back to the first one, all the way round.
+    bridges.push_back({first.size(), second.size(), bridges.front().length});
+    const auto first_at = [&](size_t i) { return first[(i0 + i) % first.size()]; };
+    const auto second_at = [&](size_t j) {
+      return second[(j0 + 2 * second.size() - j) % second.size()];
+    };
+    for (size_t k = 0; k + 1 < bridges.size(); ++k) {
+      FillBetween(first_at, second_at, bridges[k], bridges[k + 1]);
+    }
+  }
+
+  // Bridges that follow each other on both loops, as many as possible. The first one is (0, 0).
+  static std::vector<Bridge> LongestRisingChain(const std::vector<Bridge>& bridges) {
+    std::vector<size_t> tails;  // of chains of each length, the one that ends lowest
+    std::vector<int64_t> before(bridges.size(), -1);
+    for (size_t k = 0; k < bridges.size(); ++k) {
+      const auto at = std::lower_bound(tails.begin(), tails.end(), bridges[k].j,
+                                       [&](size_t t, size_t j) { return bridges[t].j < j; });
+      if (at != tails.begin()) before[k] = static_cast<int64_t>(*(at - 1));
+      if (at == tails.end()) {
+        tails.push_back(k);
+      } else {
+        *at = k;
+      }
+    }
+    std::vector<Bridge> chain;
+    for (int64_t k = static_cast<int64_t>(tails.back()); k >= 0;
+         k = before[static_cast<size_t>(k)]) {
+      chain.push_back(bridges[static_cast<size_t>(k)]);
+    }
+    std::reverse(chain.begin(), chain.end());
+    return chain;
+  }
+
+  // One bridge in about kBridgeSpacing vertices: the shortest ones.
+  static std::vector<Bridge> Thinned(const std::vector<Bridge>& bridges) {
+    std::vector<Bridge> thinned = {bridges.front()};
+    for (size_t k = 1; k < bridges.size();) {
+      const auto advance = [&](size_t m) {
+        return std::max(bridges[m].i - thinned.back().i, bridges[m].j - thinned.back().j);
+      };
+      size_t best = k;
+      for (size_t m = k; m < bridges.size() && advance(m) <= 2 * kBridgeSpacing; ++m) {
+        const bool is_far = advance(m) >= kBridgeSpacing;
+        if (advance(best) < kBridgeSpacing ? is_far || m > best
+                                           : is_far && bridges[m].length < bridges[best].length) {
+          best = m;
+        }
+      }
+      thinned.push_back(bridges[best]);
+      k = best + 1;
+    }
+    return thinned;
+  }
+
+  template <class FirstAt, class SecondAt>
+  void FillBetween(const FirstAt& first_at, const SecondAt& second_at, const Bridge& from,
+                   const Bridge& to) {
+    std::vector<int32_t> polygon;
+    for (size_t i = from.i; i <= to.i; ++i) polygon.push_back(first_at(i));
+    for (size_t j = to.j + 1; j-- > from.j;) polygon.push_back(second_at(j));
+    if (!std::all_of(polygon.begin(), polygon.end(),
+                     [&](int32_t v) { return is_rim_[Index(v)]; })) {
+      return;
+    }
+    if (polygon.size() <= kMaxPolygon) {
+      Fill(polygon);
+      return;
+    }
+    const Bridge middle = MiddleBridge(first_at, second_at, from, to);
+    if (middle.length > kMaxBridge) return;
+    FillBetween(first_at, second_at, from, middle);
+    FillBetween(first_at, second_at, middle, to);
+  }
+
+  // The shortest bridge near the middle of a long polygon.
+  template <class FirstAt, class SecondAt>
+  Bridge MiddleBridge(const FirstAt& first_at, const SecondAt& second_at, const Bridge& from,
+                      const Bridge& to) const {
+    const auto inner = [](size_t begin, size_t end) {
+      const size_t quarter = (end - begin) / 4;
+      return std::pair(begin + quarter, end - quarter);
+    };
+    Bridge best{from.i, from.j, 1e300};
+    const auto [i_begin, i_end] = inner(from.i, to.i);
+    const auto [j_begin, j_end] = inner(from.j, to.j);
+    for (size_t i = i_begin; i <= i_end; ++i) {
+      for (size_t j = j_begin; j <= j_end; ++j) {
+        const bool is_new = (i > from.i || j > from.j) && (i < to.i || j < to.j);
+        const double length = BridgeLength(first_at(i), second_at(j));
+        if (is_new && length < best.length) best = {i, j, length};
+      }
+    }
+    return best;
+  }
+
+  static uint64_t SideKey(int32_t from, int32_t to) {
+    return static_cast<uint64_t>(from) << 32 | static_cast<uint64_t>(to);
+  }
+
+  bool Fill(const std::vector<int32_t>& polygon) {
+    const auto may_join = [&](int32_t a, int32_t b) { return !edges_.contains(EdgeKey(a, b)); };
+    std::vector<int32_t> sorted = polygon;
+    std::sort(sorted.begin(), sorted.end());
+    if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) return false;
+    // Each edge of a rim gets one face; bridges are new, or sides of a polygon that is filled.
+    const auto next_of = [&](size_t i) { return polygon[(i + 1) % polygon.size()]; };
+    for (size_t i = 0; i < polygon.size(); ++i) {
+      if (used_sides_.contains(SideKey(polygon[i], next_of(i)))) return false;
+    }
+    const std::vector<Eigen::Vector3i> faces =
+        FillPolygon(mesh_.vertices, problem_.normal, polygon, may_join);
+    for (const Eigen::Vector3i& face : faces) {
+      for (int k = 0; k < 3; ++k) {
+        edges_.insert(EdgeKey(face[k], face[(k + 1) % 3]));
+        used_sides_.insert(SideKey(face[k], face[(k + 1) % 3]));
+      }
+    }
+    result_.faces.insert(result_.faces.end(), faces.begin(), faces.end());
+    return !faces.empty();
+  }
+
+  // Border of the mesh with the new faces, as next vertices.
+  std::vector<int32_t> BorderNow() const {
+    std::vector<Eigen::Vector3i> faces = mesh_.faces;
+    faces.insert(faces.end(), result_.faces.begin(), result_.faces.end());
+    std::vector<int32_t> next(mesh_.vertices.size(), -1);
+    ForEdges(SortedFaceSides(faces, mesh_.vertices.size()),
+             [&](const FaceSide* begin, const FaceSide* end) {
+               if (end - begin != 1) return;
+               const Eigen::Vector3i& face = faces[Index(begin->face)];
+               next[Index(face[(begin->corner + 1) % 3])] = face[begin->corner];
+             });
+    return next;
+  }
+
+  bool IsOldOrCut(int32_t a, int32_t b) const {
+    const uint64_t key = EdgeKey(a, b);
+    return Holds(problem_.old_border, key) || Holds(problem_.cut_edges, key);
+  }
+
+  void FillLoops() {
+    const std::vector<int32_t> next = BorderNow();
+    std::vector<uint8_t> is_done(next.size(), 0);
+    for (size_t v = 0; v < next.size(); ++v) {
+      if (next[v] < 0 || is_done[v]) continue;
+      std::vector<int32_t> loop;
+      bool is_new = false, all_rim = true;
+      int32_t w = static_cast<int32_t>(v);
+      while (w >= 0 && !is_done[Index(w)]) {
+        is_done[Index(w)] = 1;
+        loop.push_back(w);
+        all_rim &= is_rim_[Index(w)] != 0;
+        if (next[Index(w)] >= 0) is_new |= !IsOldOrCut(w, next[Index(w)]);
+        w = next[Index(w)];
+      }
+      const bool is_closed = w == static_cast<int32_t>(v);
+      if (is_closed && is_new && all_rim && loop.size() >= 3 && loop.size() <= kMaxLoop) Fill(loop);
+    }
+  }
+
+  bool IsNewRim(int32_t from, int32_t to) const {
+    return problem_.side[Index(from)] == problem_.side[Index(to)] && !IsOldOrCut(from, to);
+  }
+  bool IsBridge(int32_t from, int32_t to) const {
+    return problem_.side[Index(from)] != problem_.side[Index(to)];
+  }
+
+  // Where a seam ends at a border, edges of a rim may go on beyond the last bridge: each of them
+  // next to a bridge gets a triangle with it, which makes the next bridge.
+  void CloseEnds() {
+    std::vector<int32_t> next = BorderNow(), previous(next.size(), -1);
+    std::vector<int32_t> waiting;
+    for (size_t v = 0; v < next.size(); ++v) {
+      if (next[v] < 0) continue;
+      previous[Index(next[v])] = static_cast<int32_t>(v);
+      if (IsBridge(static_cast<int32_t>(v), next[v])) waiting.push_back(static_cast<int32_t>(v));
+    }
+    while (!waiting.empty()) {
+      const int32_t a = waiting.back(), b = next[Index(a)];
+      waiting.pop_back();
+      if (b < 0 || !IsBridge(a, b)) continue;
+      const int32_t before = previous[Index(a)], after = next[Index(b)];
+      if (before >= 0 && IsNewRim(before, a) && AddTriangle(before, a, b)) {
+        next[Index(before)] = b;
+        previous[Index(b)] = before;
+        next[Index(a)] = previous[Index(a)] = -1;
+        waiting.push_back(before);
+      } else if (after >= 0 && IsNewRim(b, after) && AddTriangle(a, b, after)) {
+        next[Index(a)] = after;
+        previous[Index(after)] = a;
+        next[Index(b)] = previous[Index(b)] = -1;
+        waiting.push_back(a);
+      }
+    }
+  }
+
+  // Unless it would be turned away from the surface, too long, or repeat an edge.
+  bool AddTriangle(int32_t a, int32_t b, int32_t c) {
+    const Eigen::Vector3d normal = (At(b) - At(a)).cross(At(c) - At(a));
+    const Eigen::Vector3d expected =
+        problem_.normal[Index(a)] + problem_.normal[Index(b)] + problem_.normal[Index(c)];
+    if (normal.dot(expected) <= 0.3 * normal.norm() * expected.norm()) return false;
+    if (BridgeLength(a, c) > kMaxBridge || edges_.contains(EdgeKey(a, c))) return false;
+    edges_.insert(EdgeKey(a, c));
+    result_.faces.emplace_back(a, b, c);
+    return true;
+  }
+
+  void FindOpenEdges() {
+    const std::vector<int32_t> next = BorderNow();
+    for (size_t v = 0; v < next.size(); ++v) {
+      if (next[v] < 0) continue;
+      // Where a seam ends at the borders of both surfaces, a bridge closes it.
+      const bool is_bridge = problem_.side[v] != problem_.side[Index(next[v])];
+      if (is_bridge || IsOldOrCut(static_cast<int32_t>(v), next[v])) continue;
+      result_.open_vertices.push_back(static_cast<int32_t>(v));
+    }
+  }
+
+  const ZipProblem& problem_;
+  const TriangleMesh& mesh_;
+  std::vector<int32_t> next_;  // along the border, as new faces run; -1 inside
+  std::vector<uint8_t> is_rim_;
+  std::array<std::vector<Eigen::Vector3i>, 2> rim_edges_;
+  std::unordered_set<uint64_t> edges_;       // that are there, between vertices of the rims
+  std::unordered_set<uint64_t> used_sides_;  // of new faces, in their direction
+  std::vector<std::vector<int32_t>> loops_;
+  std::vector<int32_t> loop_of_;
+  std::vector<size_t> place_;
+  std::vector<int32_t> nearest_;  // vertex of the other rim
+  ZipResult result_;
+};
+
+}  // namespace
+
+ZipResult ZipRims(const ZipProblem& problem) { return Zipper(problem).Run(); }
+
+}  // namespace lsmvs

@@ -1,0 +1,164 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "lsmvs/colmap_adapter/fused_cloud.h"
+#include "lsmvs/mesh/inspect.h"
+#include "lsmvs/mesh/ply.h"
+#include "lsmvs/test_support/expect_valid_mesh.h"
+#include "program_runner.h"
+#include "small_workspace.h"
+
+namespace lsmvs {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A gently curved strip of 31 x 21 vertices from x = `begin` on, red and seen by view 0, or green
+// and seen by view 1.
+TriangleMesh Strip(double begin, int color, const Eigen::Vector3d& shift = {0, 0, 0}) {
+  TriangleMesh mesh;
+  for (int v = 0; v < 31 * 21; ++v) {
+    const double x = begin + v % 31, y = v / 31;
+    mesh.vertices.push_back(Eigen::Vector3d(x, y, 0.02 * x * y / 20 + std::sin(0.2 * x)) + shift);
+    mesh.vertex_colors.emplace_back(color == 0 ? 255 : 0, color == 1 ? 255 : 0, 0);
+  }
+  for (int f = 0; f < 30 * 20; ++f) {
+    const int a = f / 30 * 31 + f % 30;
+    mesh.faces.emplace_back(a, a + 1, a + 32);
+    mesh.faces.emplace_back(a, a + 32, a + 31);
+  }
+  return mesh;
+}
+
+void Write(const fs::path& path, const TriangleMesh& mesh, std::optional<uint32_t> view) {
+  WriteMeshPly(path, mesh);
+  if (!view) return;
+  PointViews views;
+  views.begin = {0};
+  for (size_t v = 0; v < mesh.vertices.size(); ++v) {
+    views.view_idxs.push_back(*view);
+    views.begin.push_back(views.view_idxs.size());
+  }
+  WriteVisibility(path.string() + ".vis", views.begin, views.view_idxs);
+}
+
+std::vector<std::string> Arguments(const std::vector<fs::path>& inputs, const fs::path& output,
+                                   const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments = {"mesh_merger", "--output_path", output.string()};
+  for (const fs::path& input : inputs) {
+    arguments.insert(arguments.end(), {"--input_path", input.string()});
+  }
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+TEST(MeshMergerProgram, CarriesColoursAndViewsInAnyOrder) {
+  const TemporaryFolder folder;
+  const fs::path a = folder.path() / "a.ply", b = folder.path() / "b.ply",
+                 output = folder.path() / "merged.ply";
+  Write(a, Strip(0, 0), 0u);
+  Write(b, Strip(18.3, 1), 1u);
+  ExpectSuccess(RunProgram("lsmvs", Arguments({a, b}, output)));
+  const TriangleMesh mesh = ReadMeshPly(output);
+  ExpectValidMesh(mesh);
+  const MeshInspection inspection = Inspect(mesh);
+  EXPECT_EQ(inspection.num_components, 1u);
+  EXPECT_EQ(inspection.euler_characteristic, 1);
+  const PointViews views = ReadVisibility(output.string() + ".vis", mesh.vertices.size());
+  for (size_t v = 0; v < mesh.vertices.size(); ++v) {
+    ASSERT_EQ(views.begin[v + 1], v + 1);
+    EXPECT_EQ(mesh.vertex_colors[v][static_cast<int>(views.view_idxs[v])], 255);
+    if (mesh.vertices[v].x() < 17) EXPECT_EQ(views.view_idxs[v], 0u);
+    if (mesh.vertices[v].x() > 31) EXPECT_EQ(views.view_idxs[v], 1u);
+  }
+  const std::string first = ReadText(output), first_vis = ReadText(output.string() + ".vis");
+  ExpectError(RunProgram("lsmvs", Arguments({a, b}, output)), 6, {"merged.ply", "--overwrite"});
+  for (const auto& more : std::vector<std::vector<std::string>>{
+           {"--overwrite"}, {"--overwrite", "--num_threads", "1"}}) {
+    ExpectSuccess(RunProgram("lsmvs", Arguments({b, a}, output, more)));
+    EXPECT_EQ(ReadText(output), first);
+    EXPECT_EQ(ReadText(output.string() + ".vis"), first_vis);
+  }
+  for (const char* method : {"tetrahedra", "surface"}) {
+    ExpectSuccess(RunProgram(
+        "lsmvs", Arguments({a, b}, output, {"--overwrite", "--MeshMerging.method", method})));
+    ExpectValidMesh(ReadMeshPly(output));
+    EXPECT_EQ(Inspect(ReadMeshPly(output)).num_components, 1u);
+  }
+}
+
+// Vertices far from the seam keep their bytes, also in double precision.
+TEST(MeshMergerProgram, KeepsLargeCoordinates) {
+  const TemporaryFolder folder;
+  const fs::path a = folder.path() / "a.ply", b = folder.path() / "b.ply",
+                 output = folder.path() / "merged.ply";
+  const Eigen::Vector3d utm(500000.123, 5400000.456, 321.7);
+  const TriangleMesh mesh_a = Strip(0, 0), mesh_b = Strip(18.3, 1);
+  WriteMeshPly(a, mesh_a, utm);
+  WriteMeshPly(b, mesh_b, utm);
+  ExpectSuccess(RunProgram("lsmvs", Arguments({a, b}, output)));
+  const TriangleMesh mesh = ReadMeshPly(output), input = ReadMeshPly(a);
+  ExpectValidMesh(mesh);
+  size_t num_found = 0;
+  for (const Eigen::Vector3d& x : input.vertices) {
+    num_found += std::find(mesh.vertices.begin(), mesh.vertices.end(), x) != mesh.vertices.end();
+  }
+  EXPECT_GT(num_found, 250u);
+}
+
+TEST(MeshMergerProgram, RefusesBadInput) {
+  const TemporaryFolder folder;
+  const fs::path a = folder.path() / "a.ply", b = folder.path() / "b.ply",
+                 output = folder.path() / "merged.ply";
+  Write(a, Strip(0, 0), 0u);
+  const auto refused = [&](const std::vector<fs::path>& inputs, int code,
+                           const std::vector<std::string>& texts,
+                           const std::vector<std::string>& more = {}) {
+    ExpectError(RunProgram("lsmvs", Arguments(inputs, output, more)), code, texts);
+    EXPECT_FALSE(fs::exists(output));
+    EXPECT_TRUE(FindLeftovers(folder.path()).empty());
+  };
+  refused({a}, 2, {"--input_path", "two or more"});
+  refused({a, a}, 2, {"a.ply", "twice"});
+  refused({a, "/nowhere.ply"}, 3, {"/nowhere.ply"});
+  Write(b, Strip(18.3, 1), {});
+  refused({a, b}, 2, {"MeshMerging.method"}, {"--MeshMerging.method", "magic"});
+  refused({a, b}, 2, {"MeshMerging.max_offset"}, {"--MeshMerging.max_offset", "-1"});
+  refused({a, b}, 3, {"/nowhere"}, {"--workspace_path", "/nowhere"});
+  const std::string whole = ReadText(b);
+  WriteText(b, whole.substr(0, whole.size() / 2));
+  refused({a, b}, 3, {"b.ply"});
+  TriangleMesh cloud;
+  cloud.vertices = {{1, 2, 3}};
+  Write(b, cloud, {});
+  refused({a, b}, 3, {"b.ply", "has no faces"});
+  // Far away, in another scale.
+  Write(b, Strip(500, 1), {});
+  refused({a, b}, 3, {"does not overlap", "a box of", "model_merger"});
+  TriangleMesh scaled = Strip(18.3, 1);
+  for (Eigen::Vector3d& x : scaled.vertices) x *= 30;
+  Write(b, scaled, {});
+  refused({a, b}, 3, {"edges of"});
+  // Beside each other by more than what can be absorbed.
+  Write(b, Strip(18.3, 1, {0, 0, 7}), {});
+  refused({a, b}, 3, {"edge lengths", "model_aligner", "max_offset"});
+  // Inside out.
+  TriangleMesh flipped = Strip(18.3, 1);
+  for (Eigen::Vector3i& face : flipped.faces) std::swap(face[0], face[1]);
+  Write(b, flipped, {});
+  refused({a, b}, 3, {"inside out", "%", "flip"});
+  // Every other face inside out.
+  TriangleMesh mixed = Strip(18.3, 1);
+  for (size_t f = 0; f < mixed.faces.size(); f += 2)
+    std::swap(mixed.faces[f][0], mixed.faces[f][1]);
+  Write(b, mixed, {});
+  refused({a, b}, 3, {"b.ply", "not oriented alike"});
+  Write(b, Strip(18.3, 1), 1u);
+  WriteText(b.string() + ".vis", ReadText(b.string() + ".vis").substr(0, 1000));
+  refused({a, b}, 3, {"b.ply.vis"});
+}
+
+}  // namespace
+}  // namespace lsmvs
