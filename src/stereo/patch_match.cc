@@ -26,9 +26,10 @@ constexpr double kWindowsPerPixel = 130;
 constexpr double kSecondsPerSample = 1.2e-9;
 constexpr double kSecondsPerPixel = 1.5e-6;
 // Sparse points are few on ground before the camera, on what stands in the foreground and behind
-// the scene: depths so many times beyond their range are tried as well. It costs nothing: planes
-// start from the points and spread.
-constexpr double kWiden = 3.2;
+// the scene: depths so many times beyond their range are tried as well. Towards the far end that
+// costs nothing. The near end is wide in inverse depth: with 2.2 and 3.2 random trials find shards
+// in the air above trees that the wind moves.
+constexpr double kWidenNear = 1.6, kWidenFar = 3.2;
 // Ground before somebody who stands on it moves by up to so many pixels per pixel in photos that
 // are some steps apart. Few sparse points lie on it, so that its slope must be found: on a rendered
 // courtyard, six trials in each of the first sweeps of the coarsest level raise the share of the
@@ -75,7 +76,7 @@ std::vector<SweepSettings> Schedule(int level, bool first, bool geometric,
     const float scale = std::pow(0.6f, static_cast<float>(i));
     sweeps.push_back({.num_propagated = level == 1 ? 4 : 8,
                       .num_perturbed = level == 1 ? 1 : 2,
-                      .num_steep = first && i < 3 ? kSteepTrials : 0,
+                      .num_steep = first && i < 4 ? kSteepTrials : 0,
                       .depth_px = (first ? 3.0f : 1.0f) * scale,
                       .slope = (first ? 0.5f : 0.2f) * scale,
                       .steep_slope = kSteepSlope * scale,
@@ -95,8 +96,8 @@ class ViewMatcher {
     for (const Neighbor& neighbor : neighbors) {
       if (neighbor_idxs_.size() < limit) neighbor_idxs_.push_back(neighbor.view_idx);
     }
-    const double near = options.depth_min.value_or(range.min / kWiden);
-    const double far = options.depth_max.value_or(range.max * kWiden);
+    const double near = options.depth_min.value_or(range.min / kWidenNear);
+    const double far = options.depth_max.value_or(range.max * kWidenFar);
     if (near > 0 && far > near) {
       min_q_ = static_cast<float>(1 / far);
       max_q_ = static_cast<float>(1 / near);

@@ -70,8 +70,12 @@ TEST(MeshMergerProgram, CarriesColoursAndViewsInAnyOrder) {
   for (size_t v = 0; v < mesh.vertices.size(); ++v) {
     ASSERT_EQ(views.begin[v + 1], v + 1);
     EXPECT_EQ(mesh.vertex_colors[v][static_cast<int>(views.view_idxs[v])], 255);
-    if (mesh.vertices[v].x() < 17) EXPECT_EQ(views.view_idxs[v], 0u);
-    if (mesh.vertices[v].x() > 31) EXPECT_EQ(views.view_idxs[v], 1u);
+    if (mesh.vertices[v].x() < 17) {
+      EXPECT_EQ(views.view_idxs[v], 0u);
+    }
+    if (mesh.vertices[v].x() > 31) {
+      EXPECT_EQ(views.view_idxs[v], 1u);
+    }
   }
   const std::string first = ReadText(output), first_vis = ReadText(output.string() + ".vis");
   ExpectError(RunProgram("lsmvs", Arguments({a, b}, output)), 6, {"merged.ply", "--overwrite"});
