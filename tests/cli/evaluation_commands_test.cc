@@ -253,6 +253,26 @@ TEST_F(EvaluationCommands, RendererDrawsFromPhotosAndTurntable) {
       2);
 }
 
+TEST_F(EvaluationCommands, InputsAreNotReplaced) {
+  const auto before = ReadMeshPly(Mesh()).faces.size();
+  const Outcome name =
+      RunProgram({"mesh_renderer", "--input_path", Mesh(), "--output_path", Mesh()});
+  EXPECT_EQ(name.code, 2);
+  const fs::path photo = fs::path(Workspace()) / "images" / "0000.png";
+  const Outcome renderer = RunProgram({"mesh_renderer", "--input_path", Mesh(), "--output_path",
+                                       photo, "--workspace_path", Workspace()});
+  EXPECT_EQ(renderer.code, 6);
+  EXPECT_THAT(renderer.errors, HasSubstr("0000.png"));
+  for (const char* option : {"--json_path", "--error_path"}) {
+    EXPECT_EQ(RunProgram({"mesh_evaluator", "--input_path", Mesh(), "--ground_truth_path", Truth(),
+                          option, Truth()})
+                  .code,
+              6);
+  }
+  EXPECT_EQ(ReadMeshPly(Mesh()).faces.size(), before);
+  EXPECT_GT(ReadMeshPly(Truth()).faces.size(), 0u);
+}
+
 TEST_F(EvaluationCommands, ComparerWritesPageFiguresAndPictures) {
   const fs::path other = folder_->path() / "other.ply";
   WriteMeshPly(other, ReadMeshPly(Truth()));

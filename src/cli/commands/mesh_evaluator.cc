@@ -9,6 +9,7 @@
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
 #include "lsmvs/cli/mesh_memory.h"
+#include "lsmvs/cli/output_check.h"
 #include "lsmvs/evaluation/error_colors.h"
 #include "lsmvs/evaluation/evaluation_text.h"
 #include "lsmvs/mesh/textured_ply.h"
@@ -86,6 +87,10 @@ class MeshEvaluator : public Command {
                             scratch_path_, context);
     if (!workspace_path_.empty()) {
       scene_ = LoadSceneToEvaluate(workspace_path_, Photometric() || texture_);
+    }
+    for (const std::string& output : {json_path_, error_path_}) {
+      RefuseToReplaceInputs(
+          output, {input_path_, ground_truth_path_, scene_ ? scene_->image_folder : std::string()});
     }
     const Eigen::Vector3d offset = scene_ ? scene_->world_offset : Eigen::Vector3d::Zero();
     ReadInput(offset);

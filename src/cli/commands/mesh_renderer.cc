@@ -9,6 +9,7 @@
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
 #include "lsmvs/cli/mesh_memory.h"
+#include "lsmvs/cli/output_check.h"
 #include "lsmvs/image/image_codec.h"
 #include "lsmvs/mesh/textured_ply.h"
 #include "lsmvs/util/error.h"
@@ -66,6 +67,7 @@ class MeshRendererCommand : public Command {
     const MeshMemory memory("mesh_renderer", {input_path_}, kMemory, scratch_path_, context);
     if (!workspace_path_.empty()) scene_ = LoadSceneToEvaluate(workspace_path_, false);
     if (!scene_ && !view_name_.empty()) throw UsageError("--view_name needs --workspace_path");
+    CheckOutput();
     const Eigen::Vector3d offset = scene_ ? scene_->world_offset : Eigen::Vector3d::Zero();
     const TexturedMesh textured = ReadTexturedPly(input_path_, offset, NotFinite::kKeep);
     const TriangleMesh& mesh = textured.mesh;
@@ -108,6 +110,16 @@ class MeshRendererCommand : public Command {
       viewpoints.push_back(TurntableViewpoint(points, options));
     }
     return viewpoints;
+  }
+
+  void CheckOutput() const {
+    if (std::filesystem::path(output_path_).extension() != ".png") {
+      throw UsageError("--output_path " + output_path_ + ": pictures are PNG; give a name in .png");
+    }
+    for (int i = 0; i < num_frames_; ++i) {
+      RefuseToReplaceInputs(FramePath(static_cast<size_t>(i), static_cast<size_t>(num_frames_)),
+                            {input_path_, scene_ ? scene_->image_folder : std::string()});
+    }
   }
 
   std::string FramePath(size_t frame, size_t num_frames) const {

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace lsmvs {
+
+// Throws Error(kOverwrite) if `output` is one of `inputs`, or lies in one of them that is a folder:
+// for commands that replace what is at their output path. Empty paths count as none.
+void RefuseToReplaceInputs(const std::string& output, const std::vector<std::string>& inputs);
+
+}  // namespace lsmvs
