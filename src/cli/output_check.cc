@@ -1,11 +1,18 @@
 #include "lsmvs/cli/output_check.h"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
+
+void RefuseToReplace(const std::vector<std::filesystem::path>& files, bool overwrite) {
+  for (const std::filesystem::path& file : files) {
+    if (overwrite || !std::filesystem::exists(file)) continue;
+    throw Error(ExitCode::kOverwrite,
+                file.string() + ": is there already; give --overwrite or another --output_path");
+  }
+}
 
 void RefuseToReplaceInputs(const std::string& output, const std::vector<std::string>& inputs) {
   if (output.empty()) return;

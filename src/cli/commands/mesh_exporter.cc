@@ -11,6 +11,7 @@
 
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
+#include "lsmvs/cli/output_check.h"
 #include "lsmvs/exporting/tileset_exporter.h"
 #include "lsmvs/mesh/textured_ply.h"
 #include "lsmvs/util/error.h"
@@ -132,9 +133,7 @@ class MeshExporter : public Command {
       if (fs::equivalent(file, input_path_, ignored)) {
         throw UsageError("--output_path " + output_path_ + " is the input itself");
       }
-      if (overwrite_ || !fs::exists(file)) continue;
-      throw Error(ExitCode::kOverwrite,
-                  file.string() + ": is there already; give --overwrite or another --output_path");
+      RefuseToReplace({file}, overwrite_);
     }
   }
 

@@ -14,6 +14,7 @@
 
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
+#include "lsmvs/cli/output_check.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/colmap_adapter/fused_cloud.h"
 #include "lsmvs/mesh/edge_lengths.h"
@@ -93,12 +94,7 @@ class MeshMergerCommand : public Command {
         throw UsageError("--input_path: " + input_paths_[i] + " is given twice");
       }
     }
-    for (const fs::path& path :
-         {fs::path(output_path_), DenseWorkspace::VisibilityPath(output_path_)}) {
-      if (overwrite_ || !fs::exists(path)) continue;
-      throw Error(ExitCode::kOverwrite,
-                  path.string() + ": is there already; give --overwrite or another --output_path");
-    }
+    RefuseToReplace({output_path_, DenseWorkspace::VisibilityPath(output_path_)}, overwrite_);
   }
 
   static bool IsSameFile(const fs::path& a, const fs::path& b) {

@@ -8,6 +8,7 @@
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
 #include "lsmvs/cli/mesh_memory.h"
+#include "lsmvs/cli/output_check.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/colmap_adapter/fused_cloud.h"
 #include "lsmvs/mesh/ply.h"
@@ -100,12 +101,7 @@ class MeshSimplifier : public Command {
           "give --workspace_path, --MeshSimplification.max_error or "
           "--MeshSimplification.target_face_ratio; see --help");
     }
-    for (const fs::path& path :
-         {fs::path(output_path_), DenseWorkspace::VisibilityPath(output_path_)}) {
-      if (overwrite_ || !fs::exists(path)) continue;
-      throw Error(ExitCode::kOverwrite,
-                  path.string() + ": is there already; give --overwrite or another --output_path");
-    }
+    RefuseToReplace({output_path_, DenseWorkspace::VisibilityPath(output_path_)}, overwrite_);
   }
 
   // About an origin at which its coordinates and single precision do for the error.
