@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "lsmvs/image/image_codec.h"
 #include "lsmvs/util/error.h"
@@ -12,12 +11,6 @@ namespace lsmvs {
 namespace {
 
 size_t BytesOf(const ColorImage& image) { return image.size() * sizeof(Color); }
-
-// Not std::filesystem's, which throws where there is no such folder.
-std::filesystem::path TemporaryFolder() {
-  const char* folder = std::getenv("TMPDIR");
-  return folder != nullptr && *folder != '\0' ? folder : "/tmp";
-}
 
 }  // namespace
 
@@ -94,7 +87,7 @@ void TexturePages::Evict(size_t kept) const {
 void TexturePages::PutAside(Entry* entry) const {
   if (entry->offset || has_no_room_) return;
   try {
-    if (!file_) file_ = std::make_unique<UnnamedFile>(TemporaryFolder());
+    if (!file_) file_ = std::make_unique<UnnamedFile>(FolderForTemporaryFiles());
     file_->Write(file_end_, entry->image->pixels.data(), BytesOf(*entry->image));
   } catch (const FileSystemError&) {
     has_no_room_ = true;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/unnamed_file.h"
 
 namespace lsmvs::quasi_dense {
 
@@ -18,21 +19,15 @@ namespace {
 
 size_t Bytes(const PointGrid& grid) { return grid.cells.size() * sizeof(InterestPoint); }
 
-// Not std::filesystem's, which throws where there is no such folder.
-std::string TemporaryFolder() {
-  const char* folder = std::getenv("TMPDIR");
-  return folder != nullptr && *folder != '\0' ? folder : "/tmp";
-}
-
 [[noreturn]] void ThrowFileError(const std::string& action) {
   throw Error(ExitCode::kFileSystem,
               fmt::format("{}: cannot {}: {}; let TMPDIR name a folder on a larger disk, or give "
                           "more memory, so that fewer interest points are put aside there",
-                          TemporaryFolder(), action, std::strerror(errno)));
+                          FolderForTemporaryFiles().string(), action, std::strerror(errno)));
 }
 
 std::FILE* OpenTemporaryFile() {
-  std::string name = TemporaryFolder() + "/lsmvs-points-XXXXXX";
+  std::string name = (FolderForTemporaryFiles() / "lsmvs-points-XXXXXX").string();
   const int descriptor = mkostemp(name.data(), O_CLOEXEC);
   if (descriptor < 0) ThrowFileError("make a temporary file");
   unlink(name.c_str());  // its place is given back however the process ends

@@ -28,6 +28,11 @@ bool TransferAll(size_t count, const Call& call) {
 
 }  // namespace
 
+std::filesystem::path FolderForTemporaryFiles() {
+  const char* folder = std::getenv("TMPDIR");
+  return folder != nullptr && *folder != '\0' ? folder : "/tmp";
+}
+
 int OpenUnnamedFile(const std::filesystem::path& folder) {
 #ifdef O_TMPFILE
   const int file = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);

@@ -6,6 +6,9 @@
 
 namespace lsmvs {
 
+// TMPDIR, or /tmp. Not std::filesystem's, which throws where there is no such folder.
+std::filesystem::path FolderForTemporaryFiles();
+
 // Opens a file without a name in `folder` for reading and writing: it is gone when it is closed,
 // however the process ends. Returns the descriptor. Throws FileSystemError.
 int OpenUnnamedFile(const std::filesystem::path& folder);
