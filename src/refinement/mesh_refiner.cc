@@ -336,9 +336,9 @@ namespace {
 
 // While the triangles of the input are adapted.
 double AdaptationBytes(double num_input_faces, double num_faces) {
-  // The input with rest positions, and again in work with links and origins; densities, twice;
-  // pairs and regions.
-  constexpr double kBefore = (12 + 2 * 24 / 2.0) + (2 * 24 / 2.0 + 32 + 5) + 2 * 4 + 40;
+  // The input with rest positions, and again in work with links and origins; the sorted sides of
+  // faces, by which these are linked; densities, twice; pairs and regions.
+  constexpr double kBefore = (12 + 2 * 24 / 2.0) + (2 * 24 / 2.0 + 32 + 5) + 3 * 16 + 2 * 4 + 40;
   // The result with rest positions, the grid that finds crossings, edges to collapse.
   constexpr double kAfter = (12 + 2 * 24 / 2.0) + 40 + 24;
   return num_input_faces * kBefore + num_faces * kAfter;
