@@ -10,6 +10,7 @@
 #include "lsmvs/synthetic/mesh_shape.h"
 #include "lsmvs/synthetic/random.h"
 #include "lsmvs/synthetic/shape_union.h"
+#include "lsmvs/synthetic/town.h"
 #include "lsmvs/util/check.h"
 
 namespace lsmvs {
@@ -199,6 +200,10 @@ ShapePtr MakeShape(ShapeName name, double gsd) {
       return Terrain();
     case ShapeName::kRelief:
       return Relief();
+    case ShapeName::kTown: {
+      const Town town(TownOptions(), 6);
+      return std::make_shared<MeshShape>(town.Mesh(0, town.lots_per_side()));
+    }
   }
   LSMVS_CHECK(false);
   return nullptr;

@@ -17,6 +17,7 @@ enum class ShapeName {
   kTerrain,         // hills with eight buildings, [-2,2]^2
   kRelief,          // a wall in the plane y = 0 seen from y < 0: pilasters, niches, cornice, domes,
                     // columns, with a floor
+  kTown,            // six by six lots of Town; in a scene as many as the photos overfly
 };
 
 ShapePtr MakeShape(ShapeName name, double gsd);

@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "lsmvs/synthetic/cameras.h"
+#include "lsmvs/synthetic/mesh_shape.h"
 #include "lsmvs/synthetic/random.h"
 #include "lsmvs/synthetic/sampled_cloud.h"
+#include "lsmvs/synthetic/town.h"
 #include "lsmvs/util/check.h"
 
 namespace lsmvs {
@@ -16,7 +18,7 @@ namespace lsmvs {
 namespace {
 
 constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
-// Cameras are moved by this share of their distance, so that no scene is accidentally symmetric.
+// Cameras are moved by this share of their distance.
 constexpr double kJitter = 0.015;
 
 // What the cameras look at: a ball of `radius` around `middle`.
@@ -45,6 +47,8 @@ Interest InterestOf(ShapeName name) {
       return {{0, 0, 0.1}, 1.5, CameraLayout::kGrid};
     case ShapeName::kRelief:
       return {{0, -0.1, 1.1}, 1.5, CameraLayout::kArc};
+    case ShapeName::kTown:
+      return {{60, 60, 5}, 80, CameraLayout::kGrid};
   }
   LSMVS_CHECK(false);
   return {};
@@ -90,6 +94,13 @@ void AddGrid(const Interest& interest, double distance, int count, std::vector<S
   }
 }
 
+// So that no scene is accidentally symmetric.
+void Jitter(uint64_t seed, double distance, std::vector<Stand>* stands) {
+  for (size_t i = 0; i < stands->size(); ++i) {
+    (*stands)[i].center += distance * Random(seed, i).Gaussian3();
+  }
+}
+
 std::vector<Stand> MakeStands(const SyntheticSceneOptions& options, const Interest& interest) {
   const double distance = FittingDistance(options, interest.radius);
   const CameraLayout layout =
@@ -106,10 +117,39 @@ std::vector<Stand> MakeStands(const SyntheticSceneOptions& options, const Intere
   } else {
     AddGrid(interest, distance, options.num_views, &stands);
   }
-  for (size_t i = 0; i < stands.size(); ++i) {
-    stands[i].center += kJitter * distance * Random(options.seed, i).Gaussian3();
-  }
+  Jitter(options.seed, kJitter * distance, &stands);
   return stands;
+}
+
+// Strips above a town, and how far they reach.
+struct Flight {
+  std::vector<Stand> stands;
+  double length_x = 0, length_y = 0;
+};
+
+Flight FlyOver(const SyntheticSceneOptions& options, double gsd) {
+  const double step_x = gsd * options.width / 4, step_y = gsd * options.height / 3;
+  const int columns =
+      std::max(1, static_cast<int>(std::lround(std::sqrt(options.num_views * step_y / step_x))));
+  const double height = gsd * options.focal_factor * std::max(options.width, options.height);
+  const double aside = height * std::tan(25.0 * kRadiansPerDegree);
+  const int rows = (options.num_views + columns - 1) / columns;
+  Flight flight{{}, step_x * columns, step_y * rows};
+  for (int k = 0; k < options.num_views; ++k) {
+    const int row = k / columns, column = row % 2 == 0 ? k % columns : columns - 1 - k % columns;
+    const Eigen::Vector3d center(step_x * (column + 0.5), step_y * (row + 0.5), height);
+    Eigen::Vector3d target(center.x(), center.y(), 0);
+    if (k % 2 == 1) {
+      const int axis = (k / 2) % 2;
+      const double length = axis == 0 ? flight.length_x : flight.length_y;
+      // Towards the middle, and back where there is room.
+      const bool up = (k / 4) % 2 == 0 ? center[axis] + aside < length : center[axis] < aside;
+      target[axis] += up ? aside : -aside;
+    }
+    flight.stands.push_back({center, target});
+  }
+  Jitter(options.seed, kJitter * height, &flight.stands);
+  return flight;
 }
 
 // Adds the sparse points and finds the gsd: the median over exact points, of which there are enough
@@ -141,7 +181,8 @@ void SyntheticSceneOptions::Describe(OptionSet* options) {
                     {"pole", ShapeName::kPole},
                     {"sphere_on_ground", ShapeName::kSphereOnGround},
                     {"terrain", ShapeName::kTerrain},
-                    {"relief", ShapeName::kRelief}});
+                    {"relief", ShapeName::kRelief},
+                    {"town", ShapeName::kTown}});
   options->AddEnum("layout", &layout, "where the cameras stand",
                    {{"auto", CameraLayout::kAuto},
                     {"ring", CameraLayout::kRing},
@@ -158,13 +199,30 @@ void SyntheticSceneOptions::Describe(OptionSet* options) {
   options->Add("image_extension", &image_extension, "file format of the photos: png or jpg");
 }
 
+namespace {
+
+// The shape and where its cameras stand.
+std::vector<Stand> MakeShapeAndStands(const SyntheticSceneOptions& options,
+                                      const PinholeCamera& camera, ShapePtr* shape) {
+  if (options.shape == ShapeName::kTown) {
+    const TownOptions town_options;
+    Flight flight = FlyOver(options, town_options.gsd);
+    const double length = std::max(flight.length_x, flight.length_y);
+    const Town town(town_options, static_cast<int>(std::ceil(length / Town::kLot)));
+    *shape = std::make_shared<MeshShape>(town.Mesh(0, town.lots_per_side()));
+    return std::move(flight.stands);
+  }
+  const double distance = FittingDistance(options, InterestOf(options.shape).radius);
+  *shape = MakeShape(options.shape, distance / camera.MeanFocalLength());
+  return MakeStands(options, InterestOf(options.shape));
+}
+
+}  // namespace
+
 SyntheticScene MakeScene(const SyntheticSceneOptions& options, const RunContext& context) {
-  const Interest interest = InterestOf(options.shape);
   const PinholeCamera camera = MakeCamera(options.width, options.height, options.focal_factor);
   SyntheticScene result;
-  result.shape = MakeShape(options.shape,
-                           FittingDistance(options, interest.radius) / camera.MeanFocalLength());
-  for (const Stand& stand : MakeStands(options, interest)) {
+  for (const Stand& stand : MakeShapeAndStands(options, camera, &result.shape)) {
     result.scene.views.push_back(
         MakeView(result.scene.num_views(), camera, LookAt(stand.center, stand.target)));
     std::string& name = result.scene.views.back().name;

@@ -80,10 +80,19 @@ void TownOptions::Describe(OptionSet* options) {
   options->Add("outlier_fraction", &outlier_fraction, "points that lie up to 3 m off", {0, 0.9});
 }
 
-Town::Town(const TownOptions& options) : options_(options) {
+namespace {
+
+int LotsPerSide(const TownOptions& options) {
   const double per_lot = kPointsPerSquarePixel * kAreaOfLot / (options.gsd * options.gsd);
-  lots_per_side_ =
-      std::max(1, static_cast<int>(std::lround(std::sqrt(options.num_points / per_lot))));
+  return std::max(1, static_cast<int>(std::lround(std::sqrt(options.num_points / per_lot))));
+}
+
+}  // namespace
+
+Town::Town(const TownOptions& options) : Town(options, LotsPerSide(options)) {}
+
+Town::Town(const TownOptions& options, int lots_per_side)
+    : options_(options), lots_per_side_(lots_per_side) {
   for (int j = 0; j < lots_per_side_; ++j) {
     for (int i = 0; i < lots_per_side_; ++i) houses_.push_back(MakeHouse(i, j));
   }

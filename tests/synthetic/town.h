@@ -34,6 +34,8 @@ class Town {
   static constexpr int kLot = 20;
 
   explicit Town(const TownOptions& options);
+  // Of so many lots, whatever `options.num_points` says.
+  Town(const TownOptions& options, int lots_per_side);
 
   int lots_per_side() const { return lots_per_side_; }
   double side() const { return static_cast<double>(kLot) * lots_per_side_; }
