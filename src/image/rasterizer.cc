@@ -134,21 +134,38 @@ ProjectedVertex Project(const PinholeCamera& camera, const Eigen::Vector3d& x_in
   return {x_in_cam, camera.Project(x_in_cam)};
 }
 
-std::vector<FirstCenter> FindFirstCenters(const PinholeCamera& camera, const Rigid3& cam_from_world,
-                                          std::span<const Eigen::Vector3d> vertices) {
-  std::vector<FirstCenter> centers;
-  centers.reserve(vertices.size());
-  for (const Eigen::Vector3d& x : vertices) {
-    const ProjectedVertex v = Project(camera, cam_from_world * x);
-    if (v.x_in_cam.z() > 0) {
-      centers.push_back(
-          {FirstCenterFrom(v.x_px.x(), camera.width), FirstCenterFrom(v.x_px.y(), camera.height)});
-    } else {
-      centers.push_back({kBehind, kBehind});
-    }
+// First centres of the vertices that were asked for last: neighbouring faces share them.
+class FirstCenterCache {
+ public:
+  FirstCenterCache(const PinholeCamera& camera, const Rigid3& cam_from_world,
+                   std::span<const Eigen::Vector3d> vertices)
+      : camera_(camera), cam_from_world_(cam_from_world), vertices_(vertices), entries_(kSize) {}
+
+  FirstCenter Of(int32_t vertex) {
+    Entry& entry = entries_[static_cast<size_t>(vertex) % kSize];
+    if (entry.vertex != vertex) entry = {vertex, Find(static_cast<size_t>(vertex))};
+    return entry.center;
   }
-  return centers;
-}
+
+ private:
+  static constexpr size_t kSize = 8192;
+  struct Entry {
+    int32_t vertex = -1;
+    FirstCenter center;
+  };
+
+  FirstCenter Find(size_t vertex) const {
+    const ProjectedVertex v = Project(camera_, cam_from_world_ * vertices_[vertex]);
+    if (!(v.x_in_cam.z() > 0)) return {kBehind, kBehind};
+    return {FirstCenterFrom(v.x_px.x(), camera_.width),
+            FirstCenterFrom(v.x_px.y(), camera_.height)};
+  }
+
+  const PinholeCamera& camera_;
+  const Rigid3& cam_from_world_;
+  std::span<const Eigen::Vector3d> vertices_;
+  std::vector<Entry> entries_;
+};
 
 // Most faces of a fine mesh: too small, outside of the image or behind.
 bool CoversNoCenter(const FirstCenter& a, const FirstCenter& b, const FirstCenter& c) {
@@ -161,14 +178,26 @@ void RasterizeMesh(const PinholeCamera& camera, const Rigid3& cam_from_world,
                    std::span<const Eigen::Vector3d> vertices,
                    std::span<const Eigen::Vector3i> faces, const RasterizerOptions& options,
                    SurfaceMaps* maps) {
-  const std::vector<FirstCenter> centers = FindFirstCenters(camera, cam_from_world, vertices);
+  FirstCenterCache centers(camera, cam_from_world, vertices);
   Rasterizer rasterizer(camera, options, maps);
-  for (size_t f = 0; f < faces.size(); ++f) {
-    const auto a = static_cast<size_t>(faces[f][0]), b = static_cast<size_t>(faces[f][1]),
-               c = static_cast<size_t>(faces[f][2]);
-    if (CoversNoCenter(centers[a], centers[b], centers[c])) continue;
-    const auto project = [&](size_t v) { return Project(camera, cam_from_world * vertices[v]); };
-    rasterizer.DrawFace(static_cast<int>(f), {project(a), project(b), project(c)});
+  const auto project = [&](int v) {
+    return Project(camera, cam_from_world * vertices[static_cast<size_t>(v)]);
+  };
+  const auto draw = [&](size_t begin, size_t end) {
+    for (size_t f = begin; f < end; ++f) {
+      const Eigen::Vector3i& face = faces[f];
+      if (CoversNoCenter(centers.Of(face[0]), centers.Of(face[1]), centers.Of(face[2]))) continue;
+      rasterizer.DrawFace(static_cast<int>(f),
+                          {project(face[0]), project(face[1]), project(face[2])});
+    }
+  };
+  if (options.blocks == nullptr) {
+    draw(0, faces.size());
+  } else {
+    for (const size_t block : options.blocks->SeenBy(camera, cam_from_world)) {
+      const size_t begin = block * FaceBlocks::kFacesPerBlock;
+      draw(begin, std::min(begin + FaceBlocks::kFacesPerBlock, faces.size()));
+    }
   }
   rasterizer.Finish();
 }

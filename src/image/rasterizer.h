@@ -6,6 +6,7 @@
 
 #include "lsmvs/geometry/camera.h"
 #include "lsmvs/geometry/rigid3.h"
+#include "lsmvs/image/face_blocks.h"
 #include "lsmvs/image/raster.h"
 
 namespace lsmvs {
@@ -19,6 +20,9 @@ struct SurfaceMaps {
 struct RasterizerOptions {
   // Leave out faces that the camera sees from behind (clockwise in the image).
   bool cull_back_faces = false;
+  // Of the mesh, or null: faces of blocks that the camera does not see are not looked at. The maps
+  // are the same.
+  const FaceBlocks* blocks = nullptr;
 };
 
 // Z-buffer of triangles: #V vertices in the world, #F faces of indices into them. A pixel belongs
@@ -26,7 +30,7 @@ struct RasterizerOptions {
 // neighbours neither overlap nor leave a gap. Of several faces the nearest wins, of equally near
 // ones the lowest index. Depth is that of the face's plane (perspective correct). Parts of faces
 // behind the camera are clipped. `maps` is resized to the camera's image; its memory is reused.
-// Runs on the calling thread. O(#V + #F + pixels); 8 bytes a vertex of scratch.
+// Runs on the calling thread. O(#F + pixels).
 void RasterizeMesh(const PinholeCamera& camera, const Rigid3& cam_from_world,
                    std::span<const Eigen::Vector3d> vertices,
                    std::span<const Eigen::Vector3i> faces, const RasterizerOptions& options,

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace lsmvs {
@@ -16,6 +15,8 @@ constexpr double kCellEdges = 2.0;
 // A face that touches more cells than this along an axis is entered in these many, so that one huge
 // face does not fill the grid; it then meets others only there.
 constexpr int kMaxCellsAlongAxis = 64;
+// Blocks have 8 x 8 x 8 cells, of which a surface meets about so many.
+constexpr int kBlockShift = 3, kBucketBits = 6;
 // Boxes are rounded to float: wider by this part of the largest coordinate.
 constexpr float kRounding = 2.5e-7f;
 
@@ -60,6 +61,16 @@ double MeanEdge(std::span<const Eigen::Vector3d> vertices, std::span<const Eigen
   return faces.empty() ? 1.0 : sum / static_cast<double>(faces.size());
 }
 
+Eigen::Array3i BlockOf(const Eigen::Array3i& cell) {
+  return {cell[0] >> kBlockShift, cell[1] >> kBlockShift, cell[2] >> kBlockShift};
+}
+
+uint64_t Mixed(const Eigen::Array3i& cell) {
+  const Eigen::Array<uint64_t, 3, 1> c = cell.cast<uint64_t>();
+  const uint64_t mixed = (c[0] << 42 ^ c[1] << 21 ^ c[2]) * 0x9e3779b97f4a7c15u;
+  return (mixed ^ mixed >> 32) * 0xd6e8feb86659fd93u;
+}
+
 }  // namespace
 
 bool FacesCross(std::span<const Eigen::Vector3d> vertices, const Eigen::Vector3i& a,
@@ -88,9 +99,16 @@ FaceGrid::FaceGrid(std::span<const Eigen::Vector3d> vertices,
   cells_per_length_ = static_cast<float>(1.0 / cell_size);
   boxes_.reserve(faces.size());
   for (const Eigen::Vector3i& face : faces) boxes_.push_back(BoxOf(face));
-  const size_t num_buckets = std::bit_ceil(std::max<size_t>(faces.size(), 2));
-  bucket_shift_ = 64 - std::countr_zero(num_buckets);
-  begins_.assign(num_buckets + 1, 0);
+  for (const Box& box : boxes_) {
+    const Cells cells = CellsOf(box);
+    const Cell low = BlockOf(cells.low), high = BlockOf(cells.high);
+    for (int32_t z = low[2]; z <= high[2]; ++z) {
+      for (int32_t y = low[1]; y <= high[1]; ++y) {
+        for (int32_t x = low[0]; x <= high[0]; ++x) blocks_.Add({x, y, z});
+      }
+    }
+  }
+  begins_.assign((static_cast<size_t>(blocks_.size()) << kBucketBits) + 1, 0);
   for (const Box& box : boxes_) {
     ForBuckets(box, [&](size_t bucket) { ++begins_[bucket]; });
   }
@@ -140,9 +158,36 @@ void FaceGrid::ForBuckets(const Box& box, const Visit& visit) const {
 }
 
 size_t FaceGrid::BucketOf(const Cell& cell) const {
-  const Eigen::Array<uint64_t, 3, 1> c = cell.cast<uint64_t>();
-  const uint64_t mixed = (c[0] << 42 ^ c[1] << 21 ^ c[2]) * 0x9e3779b97f4a7c15u;
-  return (mixed ^ mixed >> 32) * 0xd6e8feb86659fd93u >> bucket_shift_;
+  return (static_cast<size_t>(blocks_.Find(BlockOf(cell))) << kBucketBits) +
+         (Mixed(cell) >> (64 - kBucketBits));
+}
+
+uint32_t FaceGrid::BlockNumbers::Add(const Cell& block) {
+  if (2 * static_cast<size_t>(size_) >= entries_.size()) Grow();
+  Entry& entry = entries_[Place(block)];
+  if (entry.number == kNone) entry = {block, size_++};
+  return entry.number;
+}
+
+uint32_t FaceGrid::BlockNumbers::Find(const Cell& block) const {
+  return entries_[Place(block)].number;
+}
+
+size_t FaceGrid::BlockNumbers::Place(const Cell& block) const {
+  const size_t mask = entries_.size() - 1;
+  size_t place = Mixed(block) & mask;
+  while (entries_[place].number != kNone && (entries_[place].block != block).any()) {
+    place = (place + 1) & mask;
+  }
+  return place;
+}
+
+void FaceGrid::BlockNumbers::Grow() {
+  std::vector<Entry> before(std::max<size_t>(64, 2 * entries_.size()));
+  before.swap(entries_);
+  for (const Entry& entry : before) {
+    if (entry.number != kNone) entries_[Place(entry.block)] = entry;
+  }
 }
 
 bool FaceGrid::MayCross(int32_t a, int32_t b) const {

@@ -14,7 +14,7 @@ namespace lsmvs {
 class FaceGrid {
  public:
   // Cells are twice the mean edge long. O(#F); 24 bytes a face, and 8 bytes a face and cell that it
-  // touches.
+  // touches. Where neighbouring faces have neighbouring numbers, they lie together in memory, too.
   // Where there is a `before`, vertices may later return to their places there.
   FaceGrid(std::span<const Eigen::Vector3d> vertices, std::span<const Eigen::Vector3i> faces,
            std::span<const Eigen::Vector3d> before = {});
@@ -46,6 +46,30 @@ class FaceGrid {
   template <class Visit>
   void ForBuckets(const Box& box, const Visit& visit) const;
   size_t BucketOf(const Cell& cell) const;
+
+  // Numbers blocks of cells in the order in which they are first asked for.
+  class BlockNumbers {
+   public:
+    // Of the block; a new one if it has none yet.
+    uint32_t Add(const Cell& block);
+    // Of a block that has one.
+    uint32_t Find(const Cell& block) const;
+    uint32_t size() const { return size_; }
+
+   private:
+    static constexpr uint32_t kNone = 0xffffffff;
+    struct Entry {
+      Cell block;
+      uint32_t number = kNone;
+    };
+    // The entry of the block, or the empty one where it belongs.
+    size_t Place(const Cell& block) const;
+    void Grow();
+
+    std::vector<Entry> entries_;  // open addressing; a power of two
+    uint32_t size_ = 0;
+  };
+
   // Of the cells that both faces touch, if there are any: so that a pair is looked at once.
   size_t FirstCommonBucket(int32_t a, int32_t b) const;
   bool MayCross(int32_t a, int32_t b) const;
@@ -59,10 +83,10 @@ class FaceGrid {
   std::span<const Eigen::Vector3i> faces_;
   Eigen::Vector3d origin_;
   float cells_per_length_ = 0;
-  int bucket_shift_ = 0;
+  BlockNumbers blocks_;
   std::vector<Box> boxes_;  // #F, relative to the origin
-  // Cells share buckets by a hash: the faces of bucket k are members_[begins_[k] .. begins_[k +
-  // 1]), ascending; a face is in a bucket once for each of its cells there.
+  // Cells of a block share its buckets by a hash: the faces of bucket k are members_[begins_[k] ..
+  // begins_[k + 1]), ascending; a face is in a bucket once for each of its cells there.
   std::vector<uint32_t> begins_;
   std::vector<int32_t> members_;
 };

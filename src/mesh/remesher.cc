@@ -15,6 +15,9 @@ namespace {
 constexpr int kMaxFan = 64;
 // Faces may turn by this cosine when an edge is collapsed.
 constexpr double kMinTurnCosine = 0.9;
+// Edges are worked on by blocks of so many faces that follow each other: of a mesh that is larger
+// than memory, a part is needed at a time.
+constexpr int32_t kFacesPerBlock = 1 << 16;
 // Of an edge, by which its middle may be moved to a number that a file holds.
 constexpr double kMaxRoundingPart = 1e-4;
 
@@ -129,15 +132,16 @@ bool Remesher::IsLocked(const Face& face, int edge) const {
 size_t Remesher::SplitLargeFaces(double max_area, int max_passes) {
   size_t count = 0;
   for (int pass = 0; pass < max_passes; ++pass) {
-    std::vector<std::pair<double, int32_t>> large;
+    std::vector<std::tuple<int32_t, double, int32_t>> large;
     for (size_t f = 0; f < faces_.size(); ++f) {
       if (faces_[f].deleted) continue;
       const double area = faces_[f].density * Area(faces_[f]);
-      if (area > max_area) large.emplace_back(-area, static_cast<int32_t>(f));
+      const auto face = static_cast<int32_t>(f);
+      if (area > max_area) large.emplace_back(face / kFacesPerBlock, -area, face);
     }
     std::sort(large.begin(), large.end());
     const size_t before = count;
-    for (const auto& [negative_area, f] : large) {
+    for (const auto& [block, negative_area, f] : large) {
       if (faces_[f].density * Area(faces_[f]) <= max_area) continue;
       const int edge = LongestEdge(faces_[f]);
       if (IsLocked(faces_[f], edge)) continue;
@@ -271,17 +275,18 @@ bool Remesher::Fan(int32_t vertex, std::vector<int32_t>* faces) const {
 }
 
 size_t Remesher::CollapseShortEdges(double min_length, double max_deviation) {
-  std::vector<std::tuple<double, int32_t, int>> edges;
+  std::vector<std::tuple<int32_t, double, int32_t, int>> edges;
   for (size_t f = 0; f < faces_.size(); ++f) {
     const Face& face = faces_[f];
     for (int k = 0; k < 3 && !face.deleted && face.density > 0; ++k) {
       const double length = EdgeLength(face, k) * std::sqrt(face.density);
-      if (length < min_length) edges.emplace_back(length, static_cast<int32_t>(f), k);
+      const auto face_idx = static_cast<int32_t>(f);
+      if (length < min_length) edges.emplace_back(face_idx / kFacesPerBlock, length, face_idx, k);
     }
   }
   std::sort(edges.begin(), edges.end());
   size_t count = 0;
-  for (const auto& [length, f, k] : edges) {
+  for (const auto& [block, length, f, k] : edges) {
     if (!MayCollapse(f, k, min_length, max_deviation)) continue;
     CollapseEdge(f, k);
     ++count;

@@ -18,6 +18,9 @@ namespace lsmvs {
 // `density` (#F) turns areas into what the caller counts in: square pixels per square of the
 // world's unit; 0 where a face should not be split or thinned out. Halves of a face take its
 // density.
+//
+// Of a mesh whose neighbouring faces have neighbouring numbers, it works on one part after the
+// other.
 class Remesher {
  public:
   Remesher(const TriangleMesh& mesh, std::vector<Eigen::Vector3d> rest, std::vector<float> density);

@@ -4,6 +4,7 @@
 #include <array>
 #include <numeric>
 
+#include "lsmvs/geometry/hilbert_order.h"
 #include "lsmvs/mesh/face_sides.h"
 
 namespace lsmvs {
@@ -23,6 +24,37 @@ std::vector<std::array<int32_t, 3>> FaceNeighbors(const TriangleMesh& mesh) {
     }
   });
   return neighbors;
+}
+
+// Sorts the faces by keys below `num_keys`, those with the same key as before, and the vertices as
+// faces first use them.
+void Reorder(const std::vector<int32_t>& key_of_face, size_t num_keys, TriangleMesh* mesh,
+             std::vector<Eigen::Vector3d>* rest) {
+  std::vector<size_t> next(num_keys + 1, 0);
+  for (const int32_t key : key_of_face) ++next[static_cast<size_t>(key) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<Eigen::Vector3i> faces(mesh->faces.size());
+  for (size_t f = 0; f < faces.size(); ++f) {
+    faces[next[static_cast<size_t>(key_of_face[f])]++] = mesh->faces[f];
+  }
+  std::vector<Eigen::Vector3d> vertices, places;
+  vertices.reserve(mesh->vertices.size());
+  places.reserve(mesh->vertices.size());
+  std::vector<int32_t> index(mesh->vertices.size(), kNone);
+  for (Eigen::Vector3i& face : faces) {
+    for (int& v : face) {
+      int32_t& to = index[static_cast<size_t>(v)];
+      if (to == kNone) {
+        to = static_cast<int32_t>(vertices.size());
+        vertices.push_back(mesh->vertices[static_cast<size_t>(v)]);
+        places.push_back((*rest)[static_cast<size_t>(v)]);
+      }
+      v = to;
+    }
+  }
+  mesh->faces.swap(faces);
+  mesh->vertices.swap(vertices);
+  rest->swap(places);
 }
 
 }  // namespace
@@ -58,33 +90,24 @@ FaceRegions GrowFaceRegions(const TriangleMesh& mesh, int faces_per_region) {
   return regions;
 }
 
+void OrderAlongCurve(TriangleMesh* mesh, std::vector<Eigen::Vector3d>* rest) {
+  std::vector<int32_t> ranks(mesh->vertices.size());
+  const std::vector<uint32_t> order = HilbertOrder(mesh->vertices);
+  for (size_t rank = 0; rank < order.size(); ++rank) {
+    ranks[order[rank]] = static_cast<int32_t>(rank);
+  }
+  std::vector<int32_t> lowest(mesh->faces.size());
+  for (size_t f = 0; f < lowest.size(); ++f) {
+    const Eigen::Vector3i& v = mesh->faces[f];
+    lowest[f] = std::min({ranks[static_cast<size_t>(v[0])], ranks[static_cast<size_t>(v[1])],
+                          ranks[static_cast<size_t>(v[2])]});
+  }
+  Reorder(lowest, ranks.size(), mesh, rest);
+}
+
 void OrderByRegions(const FaceRegions& regions, TriangleMesh* mesh,
                     std::vector<Eigen::Vector3d>* rest) {
-  std::vector<size_t> next(static_cast<size_t>(regions.count) + 1, 0);
-  for (const int32_t region : regions.of_face) ++next[static_cast<size_t>(region) + 1];
-  std::partial_sum(next.begin(), next.end(), next.begin());
-  std::vector<Eigen::Vector3i> faces(mesh->faces.size());
-  for (size_t f = 0; f < faces.size(); ++f) {
-    faces[next[static_cast<size_t>(regions.of_face[f])]++] = mesh->faces[f];
-  }
-  std::vector<Eigen::Vector3d> vertices, places;
-  vertices.reserve(mesh->vertices.size());
-  places.reserve(mesh->vertices.size());
-  std::vector<int32_t> index(mesh->vertices.size(), kNone);
-  for (Eigen::Vector3i& face : faces) {
-    for (int& v : face) {
-      int32_t& to = index[static_cast<size_t>(v)];
-      if (to == kNone) {
-        to = static_cast<int32_t>(vertices.size());
-        vertices.push_back(mesh->vertices[static_cast<size_t>(v)]);
-        places.push_back((*rest)[static_cast<size_t>(v)]);
-      }
-      v = to;
-    }
-  }
-  mesh->faces.swap(faces);
-  mesh->vertices.swap(vertices);
-  rest->swap(places);
+  Reorder(regions.of_face, static_cast<size_t>(regions.count), mesh, rest);
 }
 
 }  // namespace lsmvs

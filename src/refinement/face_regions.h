@@ -18,9 +18,12 @@ struct FaceRegions {
 // number, if there is one. O(#F).
 FaceRegions GrowFaceRegions(const TriangleMesh& mesh, int faces_per_region);
 
-// Puts the faces of a region next to each other in memory, and the vertices (with their places in
+// Puts the faces in the order of a space-filling curve, and the vertices (with their places in
 // `rest`, #V) in the order in which faces first use them; vertices without faces are dropped. What
-// works through the mesh then finds near to it what it needs.
+// works through the mesh then finds near to it what it needs. O(#V + #F).
+void OrderAlongCurve(TriangleMesh* mesh, std::vector<Eigen::Vector3d>* rest);
+
+// The same in the order of the regions; faces of a region keep theirs.
 void OrderByRegions(const FaceRegions& regions, TriangleMesh* mesh,
                     std::vector<Eigen::Vector3d>* rest);
 

@@ -27,6 +27,8 @@ namespace {
 
 constexpr int kMinLevelSize = 64;
 constexpr int kFacesPerRegion = 256;
+// A mesh with more faces is put in an order in which a part of it at a time is needed.
+constexpr size_t kFacesToOrder = 1 << 16;
 // Smaller for the guard, which takes back whole regions.
 constexpr int kFacesPerGuardRegion = 64;
 // For progress, measured: what a level takes of the time of the coarser one (fewer regions still
@@ -85,12 +87,14 @@ std::vector<ViewPair> NeighborPairs(const Scene& scene, const MeshRefinerOptions
   return pairs;
 }
 
-PairSelectionOptions MakePairSelectionOptions(const MeshRefinerOptions& options) {
+PairSelectionOptions MakePairSelectionOptions(const MeshRefinerOptions& options,
+                                              const RunContext& context) {
   PairSelectionOptions result;
   result.max_pairs_per_face = options.max_pairs_per_face;
   result.min_angle_deg = options.min_triangulation_angle_deg;
   result.max_angle_deg = options.max_triangulation_angle_deg;
   result.depth_tolerance = options.depth_tolerance;
+  result.map_budget_bytes = context.memory_budget_bytes / 4;
   return result;
 }
 
@@ -143,6 +147,7 @@ class MeshRefiner {
   }
 
   void RefineLevels() {
+    if (result_.mesh.faces.size() > kFacesToOrder) OrderAlongCurve(&result_.mesh, &input_);
     const std::vector<int> levels = Levels(images_, options_);
     double done = 0, all = kGuardCost + kSimplifyCost + kColorCost;
     for (size_t k = 0; k < levels.size(); ++k) all += std::pow(kLevelCostRatio, k);
@@ -190,7 +195,7 @@ class MeshRefiner {
     const double start = Seconds();
     regions_ = GrowFaceRegions(result_.mesh, kFacesPerRegion);
     pairs_ = SelectFacePairs(views, candidates_, result_.mesh, regions_,
-                             MakePairSelectionOptions(options_), context);
+                             MakePairSelectionOptions(options_, context_), context);
     result_.prepare_seconds += Seconds() - start;
   }
 
@@ -253,7 +258,7 @@ class MeshRefiner {
     const auto judges =
         NeighborPairs(scene_, options_, kGuardNeighborFactor * options_.max_num_neighbors,
                       all_take_part, context_);
-    PairSelectionOptions selection = MakePairSelectionOptions(options_);
+    PairSelectionOptions selection = MakePairSelectionOptions(options_, context_);
     selection.max_pairs_per_face = std::min(options_.max_pairs_per_face, kMaxGuardPairs);
     regions_ = GrowFaceRegions(result_.mesh, kFacesPerGuardRegion);
     return SelectOtherFacePairs(views, judges, result_.mesh, regions_, pairs_, selection, context_);

@@ -92,7 +92,7 @@ struct MeshRefinerOptions {
 
 enum class RefinementStatus {
   kRefined,
-  kUnchanged,  // no pair of views sees the mesh: it is handed back as it is; `message` says why
+  kUnchanged,  // no pair of views sees the mesh: it has the faces of the input; `message` says why
 };
 
 // One pyramid level.

@@ -3,9 +3,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <numeric>
+#include <span>
 
-#include "lsmvs/image/rasterizer.h"
+#include "lsmvs/image/face_blocks.h"
+#include "lsmvs/refinement/surface_map_cache.h"
 
 namespace lsmvs {
 
@@ -17,9 +21,20 @@ constexpr int kReduction = 4;
 constexpr double kUsedFactor = 1e-6;
 constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 
-struct CoarseView {
-  LevelView view;
-  Raster<float> depth;
+std::vector<LevelView> Reduced(const std::vector<LevelView>& views) {
+  std::vector<LevelView> reduced;
+  for (const LevelView& view : views) {
+    reduced.push_back({view.camera.Resized(std::max(2, view.camera.width / kReduction),
+                                           std::max(2, view.camera.height / kReduction)),
+                       view.cam_from_world});
+  }
+  return reduced;
+}
+
+// What has a region in the picture.
+struct Surroundings {
+  std::vector<size_t> views, pairs;                          // of all views and candidates
+  std::vector<std::shared_ptr<const Raster<float>>> depths;  // as views
 };
 
 // How one view sees one face.
@@ -34,37 +49,31 @@ struct Sighting {
 class Selector {
  public:
   Selector(const std::vector<LevelView>& views, const std::vector<ViewPair>& candidates,
-           const TriangleMesh& mesh, const FacePairs* used, const PairSelectionOptions& options)
-      : views_(views), candidates_(candidates), mesh_(mesh), used_(used), options_(options) {}
-
-  void DrawDepths(const RunContext& context) {
-    coarse_.resize(views_.size());
-    ParallelFor(context, views_.size(), 1, [&](size_t v) {
-      const LevelView& view = views_[v];
-      coarse_[v].view = {view.camera.Resized(std::max(2, view.camera.width / kReduction),
-                                             std::max(2, view.camera.height / kReduction)),
-                         view.cam_from_world};
-      SurfaceMaps maps;
-      RasterizeMesh(coarse_[v].view.camera, view.cam_from_world, mesh_.vertices, mesh_.faces, {},
-                    &maps);
-      coarse_[v].depth = std::move(maps.depth);
-    });
-  }
+           const TriangleMesh& mesh, const FacePairs* used, const PairSelectionOptions& options,
+           const RunContext& context)
+      : views_(views),
+        candidates_(candidates),
+        mesh_(mesh),
+        used_(used),
+        options_(options),
+        coarse_(Reduced(views)),
+        depths_(&coarse_, mesh.vertices, mesh.faces, options.map_budget_bytes, false, context) {}
 
   // Chooses for the faces of one region.
-  void SelectFor(const std::vector<int32_t>& faces, FacePairs* result) const {
+  void SelectFor(std::span<const int32_t> faces, FacePairs* result) {
+    const Surroundings near = FindSurroundings(faces);
     std::vector<std::vector<Ranked>> rankings;
     std::vector<Sighting> sightings(views_.size());
     std::vector<double> totals(candidates_.size(), 0.0);
     for (const int32_t face : faces) {
-      rankings.push_back(RankFor(static_cast<size_t>(face), &sightings, result));
+      rankings.push_back(RankFor(static_cast<size_t>(face), near, &sightings, result));
       for (const Ranked& ranked : rankings.back()) {
         totals[static_cast<size_t>(ranked.pair)] += ranked.score;
       }
     }
     if (used_ != nullptr) PutUsedLast(faces, &totals);
     std::vector<Ranked> best;
-    for (size_t p = 0; p < totals.size(); ++p) {
+    for (const size_t p : near.pairs) {
       if (totals[p] > 0) best.push_back({totals[p], static_cast<int>(p), 0});
     }
     KeepBest(static_cast<size_t>(result->per_face), &best);
@@ -80,8 +89,32 @@ class Selector {
     double pixel_size;
   };
 
+  Surroundings FindSurroundings(std::span<const int32_t> faces) {
+    Eigen::AlignedBox3d box;
+    for (const int32_t face : faces) {
+      for (const int v : mesh_.faces[static_cast<size_t>(face)]) {
+        box.extend(mesh_.vertices[static_cast<size_t>(v)]);
+      }
+    }
+    Surroundings near;
+    std::vector<uint8_t> is_near(views_.size(), 0);
+    for (size_t v = 0; v < views_.size(); ++v) {
+      if (!MayShow(coarse_[v].camera, coarse_[v].cam_from_world, box.min(), box.max())) continue;
+      is_near[v] = 1;
+      near.views.push_back(v);
+      near.depths.push_back(depths_.Depth(static_cast<int>(v)));
+    }
+    for (size_t p = 0; p < candidates_.size(); ++p) {
+      const ViewPair& pair = candidates_[p];
+      if (is_near[static_cast<size_t>(pair.i)] && is_near[static_cast<size_t>(pair.j)]) {
+        near.pairs.push_back(p);
+      }
+    }
+    return near;
+  }
+
   // Lowers the score of pairs that judge one of the faces already.
-  void PutUsedLast(const std::vector<int32_t>& faces, std::vector<double>* totals) const {
+  void PutUsedLast(std::span<const int32_t> faces, std::vector<double>* totals) const {
     std::vector<uint8_t> is_used(used_->pairs.size(), 0);
     const size_t per_face = static_cast<size_t>(used_->per_face);
     for (const int32_t face : faces) {
@@ -109,19 +142,20 @@ class Selector {
     if (ranked->size() > count) ranked->resize(count);
   }
 
-  Sighting Look(size_t v, const Eigen::Vector3d& center, const Eigen::Vector3d& normal_area) const {
+  Sighting Look(size_t v, const Raster<float>& depth, const Eigen::Vector3d& center,
+                const Eigen::Vector3d& normal_area) const {
     Sighting sighting;
     const LevelView& view = views_[v];
     const Eigen::Vector3d x = view.cam_from_world * center;
     if (x.z() <= 0) return sighting;
-    const CoarseView& coarse = coarse_[v];
-    const Eigen::Vector2d x_px = coarse.view.camera.Project(x);
-    if (!coarse.view.camera.Contains(x_px)) return sighting;
+    const PinholeCamera& coarse = coarse_[v].camera;
+    const Eigen::Vector2d x_px = coarse.Project(x);
+    if (!coarse.Contains(x_px)) return sighting;
     const Eigen::Vector3d n = view.cam_from_world.rotation * normal_area;
     const double twice_area = n.norm();
     sighting.cosine = -n.dot(x) / std::max(twice_area * x.norm(), 1e-300);
     if (!(sighting.cosine > options_.min_cosine)) return sighting;
-    if (Hidden(coarse, x_px, x.z())) return sighting;
+    if (Hidden(depth, x_px, x.z())) return sighting;
     sighting.seen = true;
     sighting.pixel_size = x.z() / view.camera.MeanFocalLength();
     sighting.area_px = 0.5 * twice_area * sighting.cosine * x.norm() / x.z() /
@@ -132,12 +166,12 @@ class Selector {
 
   // Whether all coarse pixels around are nearer: the map is coarse, a face at an edge should not be
   // lost.
-  bool Hidden(const CoarseView& coarse, const Eigen::Vector2d& x_px, double depth) const {
-    const int column = std::clamp(static_cast<int>(x_px.x() - 0.5), 0, coarse.depth.width - 2);
-    const int row = std::clamp(static_cast<int>(x_px.y() - 0.5), 0, coarse.depth.height - 2);
+  bool Hidden(const Raster<float>& map, const Eigen::Vector2d& x_px, double depth) const {
+    const int column = std::clamp(static_cast<int>(x_px.x() - 0.5), 0, map.width - 2);
+    const int row = std::clamp(static_cast<int>(x_px.y() - 0.5), 0, map.height - 2);
     const double limit = depth * (1.0 - options_.depth_tolerance);
     for (int k = 0; k < 4; ++k) {
-      const float z = coarse.depth(column + k % 2, row + k / 2);
+      const float z = map(column + k % 2, row + k / 2);
       if (z == 0 || z >= limit) return false;
     }
     return true;
@@ -153,16 +187,19 @@ class Selector {
   }
 
   // The pairs that see a face; notes its area.
-  std::vector<Ranked> RankFor(size_t face, std::vector<Sighting>* sightings,
-                              FacePairs* result) const {
+  std::vector<Ranked> RankFor(size_t face, const Surroundings& near,
+                              std::vector<Sighting>* sightings, FacePairs* result) const {
     const Eigen::Vector3i& f = mesh_.faces[face];
     const Eigen::Vector3d center =
         (mesh_.vertices[f[0]] + mesh_.vertices[f[1]] + mesh_.vertices[f[2]]) / 3.0;
     const Eigen::Vector3d normal_area = FaceNormalTimesTwiceArea(mesh_, face);
-    for (size_t v = 0; v < views_.size(); ++v) (*sightings)[v] = Look(v, center, normal_area);
+    for (size_t k = 0; k < near.views.size(); ++k) {
+      const size_t v = near.views[k];
+      (*sightings)[v] = Look(v, *near.depths[k], center, normal_area);
+    }
     std::vector<Ranked> ranked;
     double best_area = 0;
-    for (size_t p = 0; p < candidates_.size(); ++p) {
+    for (const size_t p : near.pairs) {
       const Sighting& a = (*sightings)[static_cast<size_t>(candidates_[p].i)];
       const Sighting& b = (*sightings)[static_cast<size_t>(candidates_[p].j)];
       if (!a.seen || !b.seen) continue;
@@ -202,7 +239,8 @@ class Selector {
   const TriangleMesh& mesh_;
   const FacePairs* used_;  // or null
   const PairSelectionOptions& options_;
-  std::vector<CoarseView> coarse_;
+  const std::vector<LevelView> coarse_;
+  SurfaceMapCache depths_;  // of coarse_
 };
 
 FacePairs Select(const std::vector<LevelView>& views, const std::vector<ViewPair>& candidates,
@@ -214,14 +252,19 @@ FacePairs Select(const std::vector<LevelView>& views, const std::vector<ViewPair
   result.of_face.assign(mesh.faces.size() * static_cast<size_t>(result.per_face), -1);
   result.pixel_size.assign(mesh.faces.size(), 0.0f);
   result.area_px.assign(mesh.faces.size(), 0.0f);
-  std::vector<std::vector<int32_t>> faces(static_cast<size_t>(regions.count));
+  // Faces by regions: those of region r are faces[begins[r] .. begins[r + 1]).
+  std::vector<size_t> begins(static_cast<size_t>(regions.count) + 1, 0);
+  for (const int32_t region : regions.of_face) ++begins[static_cast<size_t>(region) + 1];
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  std::vector<int32_t> faces(mesh.faces.size());
+  std::vector<size_t> next(begins.begin(), begins.end() - 1);
   for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    faces[static_cast<size_t>(regions.of_face[f])].push_back(static_cast<int32_t>(f));
+    faces[next[static_cast<size_t>(regions.of_face[f])]++] = static_cast<int32_t>(f);
   }
-  Selector selector(views, candidates, mesh, used, options);
-  selector.DrawDepths(context);
-  ParallelFor(context, faces.size(), kRegionsPerBlock,
-              [&](size_t region) { selector.SelectFor(faces[region], &result); });
+  Selector selector(views, candidates, mesh, used, options, context);
+  ParallelFor(context, static_cast<size_t>(regions.count), kRegionsPerBlock, [&](size_t r) {
+    selector.SelectFor(std::span(faces).subspan(begins[r], begins[r + 1] - begins[r]), &result);
+  });
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct PairSelectionOptions {
   double depth_tolerance = 0.01;
   // Views that see a face at a steeper angle than this do not judge it.
   double min_cosine = 0.2;
+  size_t map_budget_bytes = size_t{1} << 30;  // for the depth maps
 };
 
 // Which pairs judge which face.
@@ -46,7 +48,10 @@ struct FacePairs {
 // tiles. The pairs of a region are those with the largest sum over its faces of parallax *
 // resolution * cosine, over the faces that both views see (judged by depth maps at a quarter of the
 // views' resolution). A face takes those of its region's pairs that see it, or else the best that
-// does. Deterministic. O(#F * views + visible pairs); a depth map of 1/16 of the pixels a view.
+// does. Deterministic. O(#F * (views + pairs) that have its region in the picture + regions *
+// (views
+// + pairs)). Depth maps take 1/16 of the views' pixels and are drawn again where they do not fit
+// the budget.
 FacePairs SelectFacePairs(const std::vector<LevelView>& views,
                           const std::vector<ViewPair>& candidates, const TriangleMesh& mesh,
                           const FaceRegions& regions, const PairSelectionOptions& options,

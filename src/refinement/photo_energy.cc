@@ -8,6 +8,7 @@
 
 #include "lsmvs/refinement/surface_map_cache.h"
 #include "lsmvs/util/ordered_merge.h"
+#include "lsmvs/util/ranked_bits.h"
 
 namespace lsmvs {
 
@@ -114,22 +115,22 @@ class ViewEvaluator {
   // Lists the active faces that this view shows, with the pairs that judge each; false if none
   // does. A face that no pair judges may still lie in the windows of its neighbours.
   bool FindFaces() {
-    local_.assign(mesh_.faces.size(), -1);
+    local_.Assign(mesh_.faces.size());
+    int32_t last = -1;
     for (const int32_t face : maps_.face->pixels) {
-      if (face >= 0) local_[static_cast<size_t>(face)] = 0;
+      if (face != last && face >= 0) local_.Set(static_cast<size_t>(face));
+      last = face;
     }
     faces_.clear();
     slots_.clear();
     used_slots_ = 0;
-    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
-      if (local_[f] < 0) continue;
-      local_[f] = -1;
-      if (!active_.empty() && !active_[f]) continue;
-      local_[f] = static_cast<int32_t>(faces_.size());
+    local_.ForEach([&](size_t f) {
+      if (!active_.empty() && !active_[f]) return local_.Clear(f);
       faces_.push_back(static_cast<int32_t>(f));
       slots_.push_back(SlotsOf(f));
       used_slots_ |= slots_.back();
-    }
+    });
+    local_.Rank();
     return used_slots_ != 0;
   }
 
@@ -214,7 +215,7 @@ class ViewEvaluator {
 
   uint32_t SlotsAt(int32_t face) const {
     if (face < 0) return 0;
-    const int32_t local = local_[static_cast<size_t>(face)];
+    const int32_t local = local_.RankOf(static_cast<size_t>(face));
     return local < 0 ? 0 : slots_[static_cast<size_t>(local)];
   }
 
@@ -269,7 +270,7 @@ class ViewEvaluator {
       for (int begin = tile.left, end = begin; begin < tile.right; begin = end) {
         while (end < tile.right && face[end] == face[begin]) ++end;
         if (face[begin] < 0) continue;
-        const int32_t local = local_[static_cast<size_t>(face[begin])];
+        const int32_t local = local_.RankOf(static_cast<size_t>(face[begin]));
         if (local < 0) continue;
         FaceSums& sums = sums_[static_cast<size_t>(local)];
         sums.pixels +=
@@ -344,7 +345,7 @@ class ViewEvaluator {
 
   int view_idx_ = 0, first_pair_ = 0, num_slots_ = 0;
   uint32_t used_slots_ = 0;
-  std::vector<int32_t> local_;   // #F: position in faces_, or -1
+  RankedBits local_;             // of all faces: those in faces_
   std::vector<int32_t> faces_;   // faces that this view judges
   std::vector<uint32_t> slots_;  // as faces_: bit s is set if pair first_pair_ + s judges it
   std::vector<FaceSums> sums_;   // as faces_
@@ -424,7 +425,7 @@ PhotoTerms EvaluatePhotoTerms(const ImageStore& images, const std::vector<LevelV
     terms.gradient.assign(mesh.vertices.size(), 0.0);
     terms.curvature.assign(mesh.vertices.size(), 0.0);
   }
-  SurfaceMapCache cache(&views, mesh.vertices, mesh.faces, options.map_budget_bytes);
+  SurfaceMapCache cache(&views, mesh.vertices, mesh.faces, options.map_budget_bytes, true, context);
   const std::vector<int> order = WorkOrder(pairs.pairs, views.size());
   for (const int v : order) cache.ExpectUse(v);
   for (const ViewPair& pair : pairs.pairs) cache.ExpectUse(pair.j);

@@ -13,9 +13,17 @@ size_t Bytes(const std::shared_ptr<const Raster<T>>& map) {
 
 SurfaceMapCache::SurfaceMapCache(const std::vector<LevelView>* views,
                                  std::span<const Eigen::Vector3d> vertices,
-                                 std::span<const Eigen::Vector3i> faces, size_t budget_bytes)
-    : views_(views), vertices_(vertices), faces_(faces), budget_bytes_(budget_bytes) {
-  for (size_t v = 0; v < views->size(); ++v) entries_.push_back(std::make_unique<Entry>());
+                                 std::span<const Eigen::Vector3i> faces, size_t budget_bytes,
+                                 bool keeps_faces, const RunContext& context)
+    : views_(views),
+      vertices_(vertices),
+      faces_(faces),
+      blocks_(vertices, faces, context),
+      budget_bytes_(budget_bytes) {
+  for (size_t v = 0; v < views->size(); ++v) {
+    entries_.push_back(std::make_unique<Entry>());
+    entries_.back()->needs_face = keeps_faces;
+  }
 }
 
 void SurfaceMapCache::ExpectUse(int view_idx) {
@@ -53,8 +61,7 @@ DrawnMaps SurfaceMapCache::DrawAndKeep(int view_idx, bool with_face) {
   if (DrawnMaps maps = Take(view_idx, with_face); maps.depth) return maps;
   const LevelView& view = (*views_)[static_cast<size_t>(view_idx)];
   SurfaceMaps drawn;
-  RasterizeMesh(view.camera, view.cam_from_world, vertices_, faces_, {.cull_back_faces = false},
-                &drawn);
+  RasterizeMesh(view.camera, view.cam_from_world, vertices_, faces_, {.blocks = &blocks_}, &drawn);
   DrawnMaps maps{std::make_shared<Raster<float>>(std::move(drawn.depth)),
                  std::make_shared<Raster<int32_t>>(std::move(drawn.face))};
   const std::lock_guard<std::mutex> lock(mutex_);

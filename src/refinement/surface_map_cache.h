@@ -9,6 +9,7 @@
 
 #include "lsmvs/image/rasterizer.h"
 #include "lsmvs/refinement/surface_warp.h"
+#include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
 
@@ -24,8 +25,10 @@ struct DrawnMaps {
 // Thread-safe; two threads that ask for the same view at once make it once.
 class SurfaceMapCache {
  public:
+  // `keeps_faces` = false: nobody will ask for face maps.
   SurfaceMapCache(const std::vector<LevelView>* views, std::span<const Eigen::Vector3d> vertices,
-                  std::span<const Eigen::Vector3i> faces, size_t budget_bytes);
+                  std::span<const Eigen::Vector3i> faces, size_t budget_bytes, bool keeps_faces,
+                  const RunContext& context);
 
   // Announces a use of a view's maps; before the first EndUse().
   void ExpectUse(int view_idx);
@@ -54,6 +57,7 @@ class SurfaceMapCache {
   const std::vector<LevelView>* views_;
   std::span<const Eigen::Vector3d> vertices_;
   std::span<const Eigen::Vector3i> faces_;
+  FaceBlocks blocks_;
   size_t budget_bytes_;
   std::mutex mutex_;  // of what follows, but for Entry::drawing
   std::vector<std::unique_ptr<Entry>> entries_;

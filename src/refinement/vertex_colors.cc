@@ -93,11 +93,12 @@ bool Hidden(const Raster<float>& depth, const Eigen::Vector2d& x_px, double z, d
 }
 
 ViewSamples SampleView(const View& view, const ImageStore& images, int view_idx,
-                       const TriangleMesh& mesh, const std::vector<Eigen::Vector3f>& normals,
+                       const TriangleMesh& mesh, const FaceBlocks& blocks,
+                       const std::vector<Eigen::Vector3f>& normals,
                        const VertexColorOptions& options) {
   const PinholeCamera camera = images.Camera(view_idx, options.level);
   SurfaceMaps maps;
-  RasterizeMesh(camera, view.cam_from_world, mesh.vertices, mesh.faces, {}, &maps);
+  RasterizeMesh(camera, view.cam_from_world, mesh.vertices, mesh.faces, {.blocks = &blocks}, &maps);
   const auto colors = images.Colors(view_idx, options.level);
   const auto mask = images.Mask(view_idx, options.level);
   ViewSamples result;
@@ -174,6 +175,7 @@ std::vector<Color> ColorVertices(const Scene& scene, const ImageStore& images,
   std::string error;
   LSMVS_CHECK(options.Check(&error));
   const std::vector<Eigen::Vector3f> normals = ComputeVertexNormals(mesh);
+  const FaceBlocks blocks(mesh.vertices, mesh.faces, context);
   SampleTable table(mesh.vertices.size(), options.max_views_per_vertex);
   OrderedMerge<ViewSamples> merge([&](size_t, ViewSamples&& view) {
     for (size_t k = 0; k < view.vertices.size(); ++k) {
@@ -184,7 +186,8 @@ std::vector<Color> ColorVertices(const Scene& scene, const ImageStore& images,
   std::atomic<size_t> next = 0;
   ParallelFor(context, scene.views.size(), 1, [&](size_t) {
     const size_t v = next++;
-    merge.Add(v, SampleView(scene.views[v], images, static_cast<int>(v), mesh, normals, options));
+    merge.Add(
+        v, SampleView(scene.views[v], images, static_cast<int>(v), mesh, blocks, normals, options));
   });
   std::vector<Color> colors(mesh.vertices.size(), Color::Constant(128));
   std::vector<uint8_t> colored(mesh.vertices.size(), 0);

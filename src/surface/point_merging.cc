@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-#include "lsmvs/surface/hilbert.h"
+#include "lsmvs/geometry/hilbert_order.h"
 #include "lsmvs/surface/point_grid.h"
 
 namespace lsmvs {

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <utility>
 
+#include "lsmvs/geometry/hilbert_order.h"
 #include "lsmvs/image/largest_image.h"
 #include "lsmvs/mesh/face_neighbors.h"
 #include "lsmvs/mesh/repair.h"
-#include "lsmvs/mesh/spatial_order.h"
 #include "lsmvs/texturing/baking/page_baker.h"
 #include "lsmvs/texturing/candidates/find_candidates.h"
 #include "lsmvs/texturing/candidates/split_faces.h"
@@ -205,7 +205,7 @@ class MeshTexturer {
       const uint32_t middle = charts_.faces[(chart.begin + chart.end) / 2];
       places.push_back(mesh_.vertices[mesh_.faces[middle][0]]);
     }
-    const Packing packing = PackRectangles(sizes, SpatialOrder(places), options_.max_page_size);
+    const Packing packing = PackRectangles(sizes, HilbertOrder(places), options_.max_page_size);
     for (size_t c = 0; c < charts_.charts.size(); ++c) {
       charts_.charts[c].page_idx = packing.page_idx[c];
       charts_.charts[c].position = packing.position[c];

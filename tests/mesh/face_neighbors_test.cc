@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "lsmvs/mesh/spatial_order.h"
 #include "lsmvs/test_support/grid_mesh.h"
 
 namespace lsmvs {
@@ -21,16 +20,6 @@ TEST(FaceNeighbors, LieAcrossTheSides) {
 TEST(FaceNeighbors, AreNoneWhereThreeFacesMeet) {
   const std::vector<Eigen::Vector3i> faces = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
   for (const auto& sides : FindFaceNeighbors(faces, 5)) EXPECT_THAT(sides, ElementsAre(-1, -1, -1));
-}
-
-TEST(SpatialOrder, KeepsTogetherWhatLiesTogether) {
-  std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < 64; ++i) points.emplace_back((i * 37) % 64, 0, 0);
-  const std::vector<uint32_t> order = SpatialOrder(points);
-  for (size_t i = 0; i < order.size(); ++i) EXPECT_EQ(points[order[i]].x(), static_cast<double>(i));
-  EXPECT_TRUE(SpatialOrder({}).empty());
-  const std::vector<Eigen::Vector3d> equal(3, Eigen::Vector3d(1, 2, 3));
-  EXPECT_THAT(SpatialOrder(equal), ElementsAre(0, 1, 2));
 }
 
 }  // namespace

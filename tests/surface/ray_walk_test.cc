@@ -10,8 +10,8 @@
 #include <random>
 #include <vector>
 
+#include "lsmvs/geometry/hilbert_order.h"
 #include "lsmvs/surface/cell_complex.h"
-#include "lsmvs/surface/hilbert.h"
 
 namespace lsmvs {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "lsmvs/surface/hilbert.h"
+#include "lsmvs/geometry/hilbert_order.h"
 
 namespace lsmvs {
 

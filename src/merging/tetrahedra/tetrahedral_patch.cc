@@ -9,11 +9,11 @@
 #include <unordered_set>
 #include <utility>
 
+#include "lsmvs/geometry/hilbert_order.h"
 #include "lsmvs/graph/minimum_cut.h"
 #include "lsmvs/merging/overlap/overlap.h"
 #include "lsmvs/mesh/repair.h"
 #include "lsmvs/surface/cell_complex.h"
-#include "lsmvs/surface/hilbert.h"
 #include "lsmvs/surface/surface_extraction.h"
 
 namespace lsmvs {

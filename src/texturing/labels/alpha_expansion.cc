@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "lsmvs/geometry/hilbert_order.h"
 #include "lsmvs/graph/minimum_cut.h"
-#include "lsmvs/mesh/spatial_order.h"
 
 namespace lsmvs {
 
@@ -20,7 +20,7 @@ std::vector<uint32_t> OrderInSpace(const TriangleMesh& mesh) {
   for (const Eigen::Vector3i& f : mesh.faces) {
     middles.push_back((mesh.vertices[f[0]] + mesh.vertices[f[1]] + mesh.vertices[f[2]]) / 3.0);
   }
-  return SpatialOrder(middles);
+  return HilbertOrder(middles);
 }
 
 // Blocks of the ordered faces; the first has only `first_size`.

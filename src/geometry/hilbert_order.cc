@@ -1,6 +1,7 @@
-#include "lsmvs/surface/hilbert.h"
+#include "lsmvs/geometry/hilbert_order.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <numeric>
 
@@ -9,6 +10,7 @@ namespace lsmvs {
 namespace {
 
 constexpr int kBits = 21;
+constexpr double kLastStep = (1 << kBits) - 1;
 
 // J. Skilling: Programming the Hilbert curve, 2004: coordinates to the transposed index, in place.
 void ToTransposedIndex(std::array<uint32_t, 3>* x) {
@@ -64,18 +66,18 @@ void RadixSort(std::vector<KeyedIndex>* items) {
   }
 }
 
-}  // namespace
-
-std::vector<uint32_t> HilbertOrder(const std::vector<Eigen::Vector3f>& points) {
-  Eigen::AlignedBox3f box;
-  for (const Eigen::Vector3f& x : points) box.extend(x);
-  const float size = points.empty() ? 0.0f : box.sizes().maxCoeff();
-  const double scale = size > 0 ? ((1 << kBits) - 1) / static_cast<double>(size) : 0.0;
+template <class Scalar>
+std::vector<uint32_t> OrderOf(std::span<const Eigen::Vector<Scalar, 3>> points) {
+  Eigen::AlignedBox<Scalar, 3> box;
+  for (const auto& x : points) box.extend(x);
+  const Scalar size = points.empty() ? Scalar(0) : box.sizes().maxCoeff();
+  const double scale = size > 0 ? kLastStep / static_cast<double>(size) : 0.0;
   std::vector<KeyedIndex> items(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
     std::array<uint32_t, 3> x;
     for (int k = 0; k < 3; ++k) {
-      x[k] = static_cast<uint32_t>(scale * (static_cast<double>(points[i][k]) - box.min()[k]));
+      const double step = scale * (static_cast<double>(points[i][k]) - box.min()[k]);
+      x[k] = step > 0 ? static_cast<uint32_t>(std::min(step, kLastStep)) : 0;  // also if it is NaN
     }
     ToTransposedIndex(&x);
     items[i] = {Interleave(x), static_cast<uint32_t>(i)};
@@ -84,6 +86,16 @@ std::vector<uint32_t> HilbertOrder(const std::vector<Eigen::Vector3f>& points) {
   std::vector<uint32_t> order(points.size());
   for (size_t i = 0; i < items.size(); ++i) order[i] = items[i].index;
   return order;
+}
+
+}  // namespace
+
+std::vector<uint32_t> HilbertOrder(std::span<const Eigen::Vector3f> points) {
+  return OrderOf<float>(points);
+}
+
+std::vector<uint32_t> HilbertOrder(std::span<const Eigen::Vector3d> points) {
+  return OrderOf<double>(points);
 }
 
 }  // namespace lsmvs
