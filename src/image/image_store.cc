@@ -296,6 +296,12 @@ struct ImageStore::Cache {
     while (held > max_bytes) DropOldest();
   }
 
+  void SetBudget(size_t budget_bytes) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    budget = budget_bytes;
+    while (held > budget) DropOldest();
+  }
+
   void DropOldest() { Drop(std::prev(order.end())); }
 
   // The image given, and those that are still being decoded, may be the oldest themselves where
@@ -374,6 +380,8 @@ std::shared_ptr<const ByteImage> ImageStore::Mask(int view_idx, int level) const
 }
 
 void ImageStore::Trim(size_t max_bytes) const { cache_->Trim(max_bytes); }
+
+void ImageStore::SetBudget(size_t budget_bytes) const { cache_->SetBudget(budget_bytes); }
 
 size_t ImageStore::HeldBytes() const {
   const std::lock_guard<std::mutex> lock(cache_->mutex);

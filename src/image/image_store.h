@@ -63,6 +63,9 @@ class ImageStore {
   // again.
   void Trim(size_t max_bytes) const;
 
+  // Takes the place of ImageStoreOptions::budget_bytes: for a stage that may hold less.
+  void SetBudget(size_t budget_bytes) const;
+
   // Bytes of the decoded images that the store holds at present.
   size_t HeldBytes() const;
 

@@ -65,8 +65,8 @@ double ExpectedViewsPerPoint(const Reconstruction& reconstruction) {
 size_t ExpectedFaces(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {
   if (const auto count = ElementCount(mesh, "face")) return *count;
   const std::filesystem::path cloud = reconstruction.files->CloudFile();
-  const size_t num_vertices = ExpectedVertices(reconstruction, ExpectedPoints(reconstruction, cloud),
-                                               ExpectedSpacing(cloud));
+  const size_t num_vertices = ExpectedVertices(
+      reconstruction, ExpectedPoints(reconstruction, cloud), ExpectedSpacing(cloud));
   const double views = ExpectedViewsPerPoint(reconstruction);
   const double share = -std::expm1(-kSurfaceShareOfViews * views * views);
   return static_cast<size_t>(share * static_cast<double>(kFacesPerVertex * num_vertices));

@@ -26,7 +26,7 @@ constexpr const char* kQuasiDenseVersion = "3";
 
 TaskCounts RunQuasiDense(const Reconstruction& reconstruction, const TaskRun& run) {
   CheckAnyNeighbors(reconstruction);
-  DropCaches(reconstruction);
+  PrepareStage(reconstruction, run.context);
   QuasiDenseOptions options = reconstruction.options.quasi_dense;
   options.bounding_box = reconstruction.options.bounding_box;
   const std::vector<std::vector<Eigen::Vector2f>> keypoints =

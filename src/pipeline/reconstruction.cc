@@ -73,8 +73,9 @@ std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstructio
   return tasks;
 }
 
-void DropCaches(const Reconstruction& reconstruction) {
+void PrepareStage(const Reconstruction& reconstruction, const RunContext& context) {
   reconstruction.images->Trim(0);
+  reconstruction.images->SetBudget(context.memory_budget_bytes / kImageBudgetDivisor);
   ReturnFreedMemory();
 }
 

@@ -83,9 +83,10 @@ Task MakeTexturingTask(const ReconstructionPtr& reconstruction,
 std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstruction,
                                           ReconstructionStage from, ReconstructionStage to);
 
-// Lets go of what the stage before has left: decoded photos, and memory that was freed but is still
-// held for this process.
-void DropCaches(const Reconstruction& reconstruction);
+// At the start of a stage: lets go of what the stage before has left (decoded photos, and memory
+// that was freed but is still held for this process), and gives photos their part of the memory
+// that `context` allows.
+void PrepareStage(const Reconstruction& reconstruction, const RunContext& context);
 
 // Kind of the maps that the options' last pass makes, which fusion takes.
 DepthMapKind FinalDepthMaps(const ReconstructionOptions& options);

@@ -171,7 +171,7 @@ void AddMapsToFuse(const Reconstruction& reconstruction, int view_idx, DepthMapK
 }
 
 TaskCounts RunFusion(const Reconstruction& reconstruction, DepthMapKind kind, const TaskRun& run) {
-  DropCaches(reconstruction);
+  PrepareStage(reconstruction, run.context);
   for (const View& view : reconstruction.scene.views) {
     reconstruction.files->CheckDepthMap(view, kind);
   }

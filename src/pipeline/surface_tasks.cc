@@ -211,18 +211,19 @@ Task SurfaceTask(const Reconstruction& reconstruction, const std::filesystem::pa
 
 TaskCounts RunRefinement(const Reconstruction& reconstruction, const std::filesystem::path& input,
                          const TaskRun& run) {
-  DropCaches(reconstruction);
+  PrepareStage(reconstruction, run.context);
   const Eigen::Vector3d& offset = reconstruction.scene.world_offset;
   TriangleMesh mesh = ReadMeshPly(input, offset);
   if (mesh.empty()) throw InputError(input.string(), "has no faces", "give a mesh");
-  const RefinementResult result =
-      RefineMesh(reconstruction.scene, *reconstruction.images, std::move(mesh),
-                 reconstruction.options.refinement, run.context);
+  const RefinementResult result = RefineMesh(reconstruction.scene, *reconstruction.images,
+                                             std::move(mesh), reconstruction.options.refinement,
+                                             run.context, CheckpointFolder(run.checkpoint_folder));
   WriteMeshPly(run.outputs.at(0), result.mesh, offset);
   return {{"vertices", static_cast<double>(result.mesh.vertices.size())},
           {"faces", static_cast<double>(result.mesh.faces.size())},
           {"faces_refined", static_cast<double>(result.num_faces_refined)},
           {"pairs", static_cast<double>(result.num_pairs)},
+          {"steps_found", static_cast<double>(result.num_steps_found)},
           {"photo_error_before", result.input_photo_error},
           {"photo_error_after", result.output_photo_error}};
 }
@@ -246,7 +247,7 @@ Task MakeSurfaceTask(const ReconstructionPtr& reconstruction, const std::filesys
                  &task);
   task.measure_cost = [=](Task* measured) { MeasureSurfaceCost(*reconstruction, cloud, measured); };
   task.run = [=](const TaskRun& run) {
-    DropCaches(*reconstruction);
+    PrepareStage(*reconstruction, run.context);
     return MeshCloud(
         *reconstruction, [&] { return ReadCroppedCloud(*reconstruction, cloud); }, cloud, run);
   };
@@ -262,7 +263,7 @@ Task MakeSparseSurfaceTask(const ReconstructionPtr& reconstruction,
                            MeanTrackLength(reconstruction->scene), PointSpacing::kRandom),
                  &task);
   task.run = [=](const TaskRun& run) {
-    DropCaches(*reconstruction);
+    PrepareStage(*reconstruction, run.context);
     return MeshCloud(
         *reconstruction, [&] { return Crop(*reconstruction, SparseCloud(reconstruction->scene)); },
         reconstruction->files->PointsFile(), run);
@@ -287,7 +288,9 @@ Task MakeRefinementTask(const ReconstructionPtr& reconstruction,
   const size_t num_faces = ExpectedFaces(*reconstruction, input_mesh);
   task.cost = EstimateRefinementCost(reconstruction->scene, *reconstruction->images, num_faces,
                                      options.refinement, context);
-  task.least_bytes = LeastBytes(task.cost.peak_bytes);
+  task.least_bytes = LeastRefinementBytes(*reconstruction->images, task.cost.peak_bytes,
+                                          reconstruction->num_threads);
+  task.checkpoint_bytes = RefinementCheckpointBytes(num_faces, options.refinement);
   task.output_bytes = ExpectedRefinedBytes(num_faces);
   task.run = [=](const TaskRun& run) { return RunRefinement(*reconstruction, input_mesh, run); };
   return task;

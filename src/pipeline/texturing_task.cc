@@ -23,7 +23,7 @@ std::filesystem::path PagePath(const std::filesystem::path& mesh, int page_idx) 
 
 TaskCounts RunTexturing(const Reconstruction& reconstruction, const std::filesystem::path& input,
                         const std::filesystem::path& output, const TaskRun& run) {
-  DropCaches(reconstruction);
+  PrepareStage(reconstruction, run.context);
   const Eigen::Vector3d& offset = reconstruction.scene.world_offset;
   const auto write_page = [&](int page_idx, ColorImage&& page) {
     const std::filesystem::path path = PagePath(output, page_idx);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "lsmvs/refinement/cluster_colors.h"
 #include "lsmvs/refinement/face_regions.h"
 #include "lsmvs/refinement/line_search.h"
 #include "lsmvs/refinement/smoothness.h"
@@ -24,6 +25,8 @@ constexpr double kMinMassKept = 0.7;
 constexpr double kInitialDamping = 0.01, kMinDamping = 0.003, kMaxDamping = 100.0;
 constexpr double kDampingRaise = 8.0, kDampingFall = 1.0 / 3.0;
 constexpr int kMaxRejections = 3;
+// Of the parts that move one after the other.
+constexpr int kFacesPerCluster = 1 << 14;
 // For progress: the part of the work that is left after each evaluation. How many follow is not
 // known, and they get cheaper as regions stop.
 constexpr double kLeftAfterEvaluation = 0.75;
@@ -69,6 +72,9 @@ class LevelOptimizer {
   RefinementLevelSummary Run() {
     pixel_size_ = MeanPixelSizes(mesh_, pairs_);
     FindRegionsOfVertices();
+    if (options_.deformation == RefinementDeformation::kSequential) {
+      colors_ = ColorClusters(mesh_, regions_, kFacesPerCluster);
+    }
     FindRim();
     directions_ = VertexDirections(mesh_);
     UpdateActivity();
@@ -118,11 +124,41 @@ class LevelOptimizer {
   // pair sees.
   void UpdateActivity() {
     active_.assign(mesh_.faces.size(), 1);
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) active_[f] = !StateOf(f).frozen;
+    FixAllBut([](size_t) { return true; });
+  }
+
+  // The same for one colour: its vertices move, the regions around them are evaluated.
+  void ActivateColor(int color) {
+    const auto has_color = [&](size_t v) {
+      return region_of_vertex_[v] >= 0 && ColorOf(region_of_vertex_[v]) == color;
+    };
+    std::vector<uint8_t> is_near(states_.size(), 0);
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      for (const int v : mesh_.faces[f]) {
+        if (has_color(static_cast<size_t>(v)))
+          is_near[static_cast<size_t>(regions_.of_face[f])] = 1;
+      }
+    }
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      active_[f] = !StateOf(f).frozen && is_near[static_cast<size_t>(regions_.of_face[f])];
+    }
+    FixAllBut(has_color);
+  }
+
+  int ColorOf(int32_t region) const {
+    return colors_.of_region.empty() ? 0 : colors_.of_region[static_cast<size_t>(region)];
+  }
+
+  template <class MayMove>
+  void FixAllBut(const MayMove& may_move) {
     fixed_.assign(mesh_.vertices.size(), 1);
     for (size_t f = 0; f < mesh_.faces.size(); ++f) {
-      active_[f] = !StateOf(f).frozen;
       if (!pairs_.Seen(f)) continue;
-      for (const int v : mesh_.faces[f]) fixed_[static_cast<size_t>(v)] = 0;
+      for (const int v : mesh_.faces[f]) {
+        const auto vertex = static_cast<size_t>(v);
+        if (may_move(vertex)) fixed_[vertex] = 0;
+      }
     }
     for (size_t f = 0; f < mesh_.faces.size(); ++f) {
       if (active_[f]) continue;
@@ -292,8 +328,22 @@ class LevelOptimizer {
     }
   }
 
-  // One step, accepted or taken back region by region. False if the level has converged.
+  // One step of all parts of the surface. False if the level has converged.
   bool Step() {
+    const double energy_before = summary_.energies.back();
+    bool any_accepted = false;
+    for (int color = 0; color < colors_.num_colors; ++color) {
+      if (colors_.num_colors > 1) ActivateColor(color);
+      any_accepted |= StepOfColor(color);
+    }
+    RecordEnergy();
+    ++summary_.num_iterations;
+    const double gain = energy_before - summary_.energies.back();
+    return !any_accepted || gain > options_.min_relative_gain * energy_before;
+  }
+
+  // Of what may move, accepted or taken back region by region. False if no region accepted it.
+  bool StepOfColor(int color) {
     std::vector<double> step = FindStep();
     HoldBorders(&step);
     StopFolds(&step);
@@ -307,8 +357,7 @@ class LevelOptimizer {
     smoothness_.SetGeometry(trial.vertices, directions, pixel_size_, context_);
     std::vector<RegionState> states = states_;
     SumRegions(terms, SmoothEnergies(trial.vertices, directions), &states);
-    const double energy_before = summary_.energies.back();
-    const std::vector<uint8_t> rejected = Judge(states);
+    const std::vector<uint8_t> rejected = Judge(states, color);
     const std::vector<Eigen::Vector3d> before = mesh_.vertices;
     Commit(rejected, std::move(trial.vertices), std::move(directions), std::move(terms));
     summary_.num_collisions_undone +=
@@ -316,12 +365,7 @@ class LevelOptimizer {
     smoothness_.SetGeometry(mesh_.vertices, directions_, pixel_size_, context_);
     SumRegions(terms_, SmoothEnergies(mesh_.vertices, directions_), &states_);
     UpdateActivity();
-    RecordEnergy();
-    ++summary_.num_iterations;
-    const bool all_rejected =
-        std::all_of(rejected.begin(), rejected.end(), [](uint8_t r) { return r; });
-    const double gain = energy_before - summary_.energies.back();
-    return all_rejected || gain > options_.min_relative_gain * energy_before;
+    return std::any_of(rejected.begin(), rejected.end(), [](uint8_t r) { return !r; });
   }
 
   // The whole level by L-BFGS, along fixed directions and with the thin plate of the start.
@@ -366,19 +410,21 @@ class LevelOptimizer {
     SumRegions(terms_, SmoothEnergies(mesh_.vertices, directions_), &states_);
   }
 
-  // Which regions got worse. Adapts damping and freezes what has converged.
-  std::vector<uint8_t> Judge(const std::vector<RegionState>& trial) {
+  // Which regions got worse. Adapts damping, and freezes what has converged, of those that moved.
+  std::vector<uint8_t> Judge(const std::vector<RegionState>& trial, int color) {
     std::vector<uint8_t> rejected(states_.size(), 0);
+    const std::vector<uint8_t> is_evaluated = EvaluatedRegions();
     for (size_t r = 0; r < states_.size(); ++r) {
       RegionState& state = states_[r];
-      if (state.frozen) continue;
+      if (!is_evaluated[r]) continue;
       const double before = photo_scale_ * state.photo_error + state.smoothness;
       const double kept = state.mass > 0 ? trial[r].mass / state.mass : 1.0;
       // Compared over as many pixels as before.
       const double photo = trial[r].mass > 0 ? trial[r].photo_error / kept : 0.0;
       const double after = photo_scale_ * photo + trial[r].smoothness;
-      if (after > before || kept < kMinMassKept) {
-        rejected[r] = 1;
+      rejected[r] = after > before || kept < kMinMassKept;
+      if (ColorOf(static_cast<int32_t>(r)) != color) continue;
+      if (rejected[r]) {
         ++summary_.num_rejected_regions;
         state.damping = std::min(state.damping * kDampingRaise, kMaxDamping);
         state.frozen = ++state.rejections >= kMaxRejections;
@@ -391,11 +437,23 @@ class LevelOptimizer {
     return rejected;
   }
 
+  std::vector<uint8_t> EvaluatedRegions() const {
+    std::vector<uint8_t> is_evaluated(states_.size(), 0);
+    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      is_evaluated[static_cast<size_t>(regions_.of_face[f])] |= active_[f];
+    }
+    return is_evaluated;
+  }
+
   // Vertices with a face in a rejected region stay as they were, with their old derivatives.
   void Commit(const std::vector<uint8_t>& rejected, std::vector<Eigen::Vector3d>&& positions,
               std::vector<Eigen::Vector3d>&& directions, PhotoTerms&& terms) {
-    std::vector<uint8_t> stays(mesh_.vertices.size(), 0);
+    // Of vertices with a face that was not evaluated, the derivatives are not known anew.
+    std::vector<uint8_t> stays(mesh_.vertices.size(), 0), is_partial(mesh_.vertices.size(), 0);
     for (size_t f = 0; f < mesh_.faces.size(); ++f) {
+      if (!active_[f]) {
+        for (const int v : mesh_.faces[f]) is_partial[static_cast<size_t>(v)] = 1;
+      }
       const bool is_rejected = rejected[static_cast<size_t>(regions_.of_face[f])] != 0;
       if (!is_rejected && active_[f]) {
         terms_.error[f] = terms.error[f];
@@ -405,11 +463,12 @@ class LevelOptimizer {
       for (const int v : mesh_.faces[f]) stays[static_cast<size_t>(v)] = 1;
     }
     for (size_t v = 0; v < stays.size(); ++v) {
-      if (stays[v] || fixed_[v]) continue;
-      mesh_.vertices[v] = positions[v];
-      directions_[v] = directions[v];
+      if (stays[v] || is_partial[v]) continue;
       terms_.gradient[v] = terms.gradient[v];
       terms_.curvature[v] = terms.curvature[v];
+      if (fixed_[v]) continue;
+      mesh_.vertices[v] = positions[v];
+      directions_[v] = directions[v];
     }
   }
 
@@ -425,6 +484,7 @@ class LevelOptimizer {
   Smoothness smoothness_;
   const FaceRegions& regions_;
   std::vector<RegionState> states_;
+  ClusterColors colors_;  // one colour where all parts move at once
   std::vector<int32_t> region_of_vertex_;
   std::vector<uint8_t> active_, fixed_;
   std::vector<uint8_t> on_rim_;  // #V: at a border of the mesh, or of what pairs see

@@ -12,6 +12,7 @@
 #include "lsmvs/refinement/guard.h"
 #include "lsmvs/refinement/level_optimizer.h"
 #include "lsmvs/refinement/mesh_adaptation.h"
+#include "lsmvs/refinement/refinement_checkpoints.h"
 #include "lsmvs/refinement/smoothness.h"
 #include "lsmvs/refinement/vertex_colors.h"
 #include "lsmvs/refinement/vertex_frames.h"
@@ -20,6 +21,7 @@
 #include "lsmvs/scene/surface_share.h"
 #include "lsmvs/scene/view_selection.h"
 #include "lsmvs/util/memory.h"
+#include "lsmvs/util/scratch_memory.h"
 
 namespace lsmvs {
 
@@ -115,8 +117,12 @@ std::vector<int> Levels(const ImageStore& images, const MeshRefinerOptions& opti
 class MeshRefiner {
  public:
   MeshRefiner(const Scene& scene, const ImageStore& images, const MeshRefinerOptions& options,
-              const RunContext& context)
-      : scene_(scene), images_(images), options_(options), context_(context) {}
+              const RunContext& context, const CheckpointFolder& checkpoints)
+      : scene_(scene),
+        images_(images),
+        options_(options),
+        context_(context),
+        checkpoints_(checkpoints) {}
 
   RefinementResult Run(TriangleMesh&& mesh) {
     const double start = Seconds();
@@ -151,15 +157,29 @@ class MeshRefiner {
     const std::vector<int> levels = Levels(images_, options_);
     double done = 0, all = kGuardCost + kSimplifyCost + kColorCost;
     for (size_t k = 0; k < levels.size(); ++k) all += std::pow(kLevelCostRatio, k);
-    for (size_t k = 0; k < levels.size(); ++k) {
+    const int num_found = checkpoints_.HasJudged()
+                              ? static_cast<int>(levels.size())
+                              : checkpoints_.NumLevels(static_cast<int>(levels.size()));
+    result_.num_steps_found = static_cast<size_t>(num_found + checkpoints_.HasJudged());
+    if (num_found > 0 && !checkpoints_.HasJudged()) checkpoints_.ReadLevel(num_found - 1, State());
+    for (int k = 0; k < static_cast<int>(levels.size()); ++k) {
       const double cost = std::pow(kLevelCostRatio, k);
-      if (!RefineLevel(levels[k], context_.Part(done / all, (done + cost) / all))) {
-        return GiveUp("no pair of photos sees the mesh; it is as it was");
+      if (k >= num_found) {
+        const RunContext context = context_.Part(done / all, (done + cost) / all);
+        if (!RefineLevel(levels[static_cast<size_t>(k)], k == 0, context)) {
+          return GiveUp("no pair of photos sees the mesh; it is as it was");
+        }
+        checkpoints_.WriteLevel(k, State());
       }
       done += cost;
     }
-    JudgeAndFinish();
-    result_.num_faces_refined = result_.mesh.faces.size();
+    if (checkpoints_.HasJudged()) {
+      checkpoints_.ReadJudged(&result_);
+    } else {
+      JudgeAndFinish();
+      result_.num_faces_refined = result_.mesh.faces.size();
+      checkpoints_.WriteJudged(result_);
+    }
     context_.Report((done + kGuardCost) / all);
     if (options_.simplify_tolerance > 0) {
       Simplify(context_.Part((done + kGuardCost) / all, (done + kGuardCost + kSimplifyCost) / all));
@@ -170,17 +190,19 @@ class MeshRefiner {
                     result_.output_photo_error, result_.num_regions_restored, result_.num_regions);
   }
 
+  RefinementState State() { return {&result_.mesh, &input_, &pairs_, &result_}; }
+
   // False if no pair sees any face.
-  bool RefineLevel(int level, const RunContext& context) {
+  bool RefineLevel(int level, bool is_first, const RunContext& context) {
     const double start = Seconds();
     images_.Trim(0);
     const auto views = MakeLevelViews(scene_, images_, level);
     SelectPairs(views, context);
-    if (AdaptToPairs(result_.levels.empty())) SelectPairs(views, context);
+    if (AdaptToPairs(is_first)) SelectPairs(views, context);
     ReturnFreedMemory();
     size_t num_seen = 0;
     for (size_t f = 0; f < result_.mesh.faces.size(); ++f) num_seen += pairs_.Seen(f);
-    if (result_.levels.empty()) result_.num_faces_seen = num_seen;
+    if (is_first) result_.num_faces_seen = num_seen;
     if (num_seen == 0) return false;
     context.Report(kPartBeforeSteps);
     result_.levels.push_back(OptimizeLevel(images_, views, regions_, pairs_, input_, options_,
@@ -320,6 +342,7 @@ class MeshRefiner {
   const ImageStore& images_;
   const MeshRefinerOptions& options_;
   const RunContext& context_;
+  const RefinementCheckpoints checkpoints_;
   std::vector<ViewPair> candidates_;
   // Where each vertex lies on the input surface.
   std::vector<Eigen::Vector3d> input_;
@@ -331,10 +354,11 @@ class MeshRefiner {
 }  // namespace
 
 RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, TriangleMesh mesh,
-                            const MeshRefinerOptions& options, const RunContext& context) {
+                            const MeshRefinerOptions& options, const RunContext& context,
+                            const CheckpointFolder& checkpoints) {
   std::string error;
   if (!options.Check(&error)) throw std::logic_error(error);
-  return MeshRefiner(scene, images, options, context).Run(std::move(mesh));
+  return MeshRefiner(scene, images, options, context, checkpoints).Run(std::move(mesh));
 }
 
 namespace {
@@ -406,6 +430,26 @@ CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images
       std::max(AdaptationBytes(input_faces, faces),
                StepBytes(faces, pixels_held, largest, num_maps, context.num_threads())));
   return cost;
+}
+
+size_t LeastRefinementBytes(const ImageStore& images, size_t needed_bytes, int num_threads) {
+  size_t largest = 0;
+  for (size_t v = 0; v < images.num_views(); ++v) {
+    const PinholeCamera camera = images.Camera(static_cast<int>(v), 0);
+    largest = std::max(largest, static_cast<size_t>(camera.width) * camera.height);
+  }
+  // A thread holds photo, depth and faces of a view, and photo and depth of those that it is
+  // compared with: about six. Larger blocks may lie in the scratch file themselves.
+  constexpr size_t kPlanes = 3 + 2 * 6, kPlaneBytes = 4;
+  const size_t of_thread = kPlanes * std::min(kPlaneBytes * largest, kMinScratchBlock);
+  // Where less of the mesh is in memory, it comes and goes too often.
+  constexpr size_t kLeastMesh = 128 << 20, kLeastShare = 8;
+  return static_cast<size_t>(num_threads) * of_thread +
+         std::max(kLeastMesh, needed_bytes / kLeastShare);
+}
+
+size_t RefinementCheckpointBytes(size_t num_input_faces, const MeshRefinerOptions& options) {
+  return RefinementCheckpoints::Bytes(num_input_faces, options.max_pairs_per_face);
 }
 
 }  // namespace lsmvs

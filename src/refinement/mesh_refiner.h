@@ -8,6 +8,7 @@
 #include "lsmvs/image/image_store.h"
 #include "lsmvs/mesh/triangle_mesh.h"
 #include "lsmvs/scene/scene.h"
+#include "lsmvs/util/checkpoint_folder.h"
 #include "lsmvs/util/cost_estimate.h"
 #include "lsmvs/util/option_set.h"
 #include "lsmvs/util/run_context.h"
@@ -24,12 +25,19 @@ enum class RefinementOptimizer {
   kLbfgs,        // L-BFGS with a line search over the whole surface, for comparison: slower
 };
 
+enum class RefinementDeformation {
+  kIndependent,  // all parts of the surface move in the same step, coupled as one surface
+  kSequential,   // parts move one colour after the other, while their neighbours are held
+};
+
 struct MeshRefinerOptions {
   // Pyramid levels, coarse to fine: 3 starts at a quarter of the resolution. More levels pull in
   // vertices that are further from the surface. Levels whose images would be smaller than 64 pixels
   // are left out.
   int num_levels = 3;
   RefinementOptimizer optimizer = RefinementOptimizer::kGaussNewton;
+  // Which parts of the surface move in a step of Gauss and Newton.
+  RefinementDeformation deformation = RefinementDeformation::kIndependent;
   // Steps a level at most; a level ends earlier when its regions have converged.
   int max_num_iterations = 8;
   // Half side of the correlation window in pixels: 3 is 7 x 7. Larger is more stable and smoother.
@@ -131,6 +139,7 @@ struct RefinementResult {
   // Mean of 1 - ZNCC at full resolution of the input and of the result.
   double input_photo_error = 0, output_photo_error = 0;
   std::vector<RefinementLevelSummary> levels;  // coarse to fine
+  size_t num_steps_found = 0;                  // that an earlier run had finished
 
   double prepare_seconds = 0, optimize_seconds = 0, remesh_seconds = 0, guard_seconds = 0,
          simplify_seconds = 0, color_seconds = 0;
@@ -168,8 +177,13 @@ struct RefinementResult {
 // Keriven, "High accuracy and visibility-consistent dense multiview stereo", PAMI 34(5), 2012. We
 // deviate in the optimiser (they descend the gradient), in choosing pairs per facet, and in
 // guarding the result.
+//
+// Where there are `checkpoints`, each level that is finished is kept there, then the judged mesh; a
+// run that finds some goes on behind them, with the same result. (`levels` lists those of this
+// run.)
 RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, TriangleMesh mesh,
-                            const MeshRefinerOptions& options, const RunContext& context);
+                            const MeshRefinerOptions& options, const RunContext& context,
+                            const CheckpointFolder& checkpoints = {});
 
 // From the pixels of the views, the faces of the input and those that the target facet size implies
 // (the surface's area in pixels follows from the tracks of the sparse points). `context` says the
@@ -177,5 +191,12 @@ RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, Triang
 CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images,
                                     size_t num_input_faces, const MeshRefinerOptions& options,
                                     const RunContext& context);
+
+// Memory below which a refinement with a scratch file had better not start, although it needs
+// `needed_bytes`: threads would wait for photos and maps all the time.
+size_t LeastRefinementBytes(const ImageStore& images, size_t needed_bytes, int num_threads);
+
+// On disk, of the steps of a refinement that are kept for a run that is killed.
+size_t RefinementCheckpointBytes(size_t num_input_faces, const MeshRefinerOptions& options);
 
 }  // namespace lsmvs

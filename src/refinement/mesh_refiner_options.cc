@@ -10,6 +10,11 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
                    "How the energy is minimised; lbfgs is slower and there for comparison.",
                    {{"gauss_newton", RefinementOptimizer::kGaussNewton},
                     {"lbfgs", RefinementOptimizer::kLbfgs}});
+  options->AddEnum("MeshRefinement.deformation", &deformation,
+                   "All parts of the surface move at once, or one after the other while their "
+                   "neighbours are held: slower, for comparison.",
+                   {{"independent", RefinementDeformation::kIndependent},
+                    {"sequential", RefinementDeformation::kSequential}});
   options->Add("MeshRefinement.max_num_iterations", &max_num_iterations,
                "Steps a level at most; 0 leaves the mesh where it is.", {0, 1000});
   options->Add("MeshRefinement.window_radius", &window_radius,

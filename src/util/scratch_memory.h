@@ -26,7 +26,7 @@ namespace lsmvs {
 // Limits: a system call must not be given an address within such a block (it would report EFAULT
 // where a chunk is not in memory): files are read and written through small buffers. Only programs
 // that link lsmvs_scratch_new (the replaced operator new) have it.
-inline constexpr size_t kMinScratchBlock = 8 << 20;
+inline constexpr size_t kMinScratchBlock = 4 << 20;
 
 struct ScratchMemoryOptions {
   std::filesystem::path folder;

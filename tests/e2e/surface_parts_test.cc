@@ -7,9 +7,6 @@
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <string>
 
@@ -18,6 +15,7 @@
 #include "lsmvs/synthetic/town.h"
 #include "lsmvs/test_support/temporary_folder.h"
 #include "lsmvs/util/scratch_memory.h"
+#include "parts_support.h"
 #include "plan_figures.h"
 #include "program_runner.h"
 
@@ -25,17 +23,6 @@ namespace lsmvs {
 namespace {
 
 namespace fs = std::filesystem;
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SKIP_WITH_SANITIZERS GTEST_SKIP() << "there is no scratch memory with sanitizers"
-#else
-#define SKIP_WITH_SANITIZERS static_cast<void>(0)
-#endif
-
-std::string ReadBytes(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 // A town of about 140,000 vertices, which takes about 145 MB, made once.
 class SurfaceParts : public testing::Test {
@@ -144,35 +131,6 @@ TEST_F(SurfaceParts, KillsAtRandomMomentsLeaveNothingBehind) {
   }
 }
 
-// Of the run that made `output`.
-double CountOf(const fs::path& workspace, const fs::path& output, const std::string& name) {
-  std::ifstream file(workspace / "lsmvs" / "run.json");
-  const nlohmann::json record = nlohmann::json::parse(file);
-  const std::string task = "visibility_mesher -> " + output.string();
-  for (const auto& group : record.at("stages").at("visibility_mesher")) {
-    if (group.at("tasks").contains(task)) return group["tasks"][task].at("counts").at(name);
-  }
-  ADD_FAILURE() << task << " is not on record";
-  return -1;
-}
-
-// Whether some run has kept the results of the step.
-bool HasKept(const fs::path& scratch, const std::string& step) {
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(scratch, ignored)) {
-    if (fs::exists(entry.path() / (step + ".finished"), ignored)) return true;
-  }
-  return false;
-}
-
-size_t CountCheckpoints(const fs::path& scratch) {
-  size_t count = 0;
-  for (const auto& entry : fs::directory_iterator(scratch)) {
-    count += entry.path().filename().string().starts_with("lsmvs-steps-");
-  }
-  return count;
-}
-
 // Killed behind one step after the other, each start goes on behind the last one that was finished.
 TEST_F(SurfaceParts, GoesOnBehindTheStepsThatWereFinished) {
   SKIP_WITH_SANITIZERS;
@@ -189,7 +147,8 @@ TEST_F(SurfaceParts, GoesOnBehindTheStepsThatWereFinished) {
     EXPECT_TRUE(HasKept(scratch, step));
   }
   ExpectSuccess(Mesh("steps.ply", arguments));
-  EXPECT_EQ(CountOf(folder_->path(), Path("steps.ply"), "steps_found"), 2);  // merged and surface
+  EXPECT_EQ(CountOf(folder_->path(), "visibility_mesher", Path("steps.ply"), "steps_found"),
+            2);  // merged and surface
   ExpectSameMesh("steps.ply", "whole.ply");
   EXPECT_EQ(CountCheckpoints(scratch), 0u);
 }
@@ -205,7 +164,7 @@ TEST_F(SurfaceParts, StepsOfOtherOptionsAreNotUsedAndRemoved) {
   EXPECT_EQ(CountCheckpoints(Path("lsmvs")), 1u);
   // Whole, and with other options.
   ExpectSuccess(Mesh("other.ply", {}));
-  EXPECT_EQ(CountOf(folder_->path(), Path("other.ply"), "steps_found"), 0);
+  EXPECT_EQ(CountOf(folder_->path(), "visibility_mesher", Path("other.ply"), "steps_found"), 0);
   EXPECT_EQ(CountCheckpoints(Path("lsmvs")), 0u);
   ExpectSameMesh("other.ply", "whole.ply");
 }
@@ -220,7 +179,8 @@ TEST_F(SurfaceParts, AWholeRunGoesOnBehindTheStepsOfADividedOne) {
   EXPECT_EQ(Mesh("on.ply", {"--num_parts", "4", "--filtered_cloud_path", filtered}, options).signal,
             9);
   ExpectSuccess(Mesh("on.ply", {"--filtered_cloud_path", filtered}));
-  EXPECT_EQ(CountOf(folder_->path(), Path("on.ply"), "steps_found"), 2);  // merged and labels
+  EXPECT_EQ(CountOf(folder_->path(), "visibility_mesher", Path("on.ply"), "steps_found"),
+            2);  // merged and labels
   ExpectSameMesh("on.ply", "whole.ply");
   ExpectSuccess(Mesh("on2.ply", {"--filtered_cloud_path", Path("on2.clean.ply").string()}));
   ExpectSameMesh("on.clean.ply", "on2.clean.ply");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <atomic>
 #include <cmath>
 #include <map>
 #include <random>
@@ -14,6 +15,8 @@
 #include "lsmvs/synthetic/synthetic_scene.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
 #include "lsmvs/test_support/temporary_folder.h"
+#include "lsmvs/util/checkpoint_folder.h"
+#include "lsmvs/util/error.h"
 
 namespace lsmvs {
 namespace {
@@ -260,6 +263,59 @@ TEST(MeshRefiner, LbfgsFindsTheSurfaceToo) {
   EXPECT_LT(MeanErrorPx(scene.s, result.mesh), 0.6 * MeanErrorPx(scene.s, noisy));
   for (const RefinementLevelSummary& level : result.levels) {
     EXPECT_LT(level.energies.back(), level.energies.front());
+  }
+}
+
+TEST(MeshRefiner, SequentialDeformationFindsWhatTheIndependentOneFinds) {
+  // Of more than one cluster.
+  const RenderedScene scene(MakeScene(ShapeName::kRelief, 6, 480, 360));
+  const TriangleMesh noisy = WithNoise(scene.s.shape->Mesh(8 * scene.s.gsd), 0.7 * scene.s.gsd, 4);
+  ASSERT_GT(noisy.faces.size(), size_t{3} << 14);
+  MeshRefinerOptions options = FastOptions();
+  options.num_levels = 1;
+  options.guard = false;
+  options.improve_mesh = false;
+  options.max_face_area_px = 0;
+  const auto together = RefineMesh(scene.s.scene, *scene.images, noisy, options, RunContext(2));
+  options.deformation = RefinementDeformation::kSequential;
+  const auto in_turn = RefineMesh(scene.s.scene, *scene.images, noisy, options, RunContext(2));
+  ExpectValidMesh(in_turn.mesh);
+  EXPECT_NE(in_turn.mesh.vertices, together.mesh.vertices);
+  const double before = Measure(scene.s, noisy).mean, after = Measure(scene.s, in_turn.mesh).mean;
+  EXPECT_LT(after, 0.8 * before);
+  EXPECT_NEAR(after, Measure(scene.s, together.mesh).mean, 0.1 * before);
+  const std::vector<double>& energies = in_turn.levels.at(0).energies;
+  for (size_t k = 1; k < energies.size(); ++k) EXPECT_LT(energies[k], energies[k - 1]) << k;
+}
+
+TEST(MeshRefiner, GoesOnBehindTheLevelsThatWereFinished) {
+  const RenderedScene scene(MakeScene(ShapeName::kSphere, 6, 160, 120));
+  const TriangleMesh noisy = WithNoise(scene.s.shape->Mesh(5 * scene.s.gsd), scene.s.gsd, 2);
+  const auto whole = RefineMesh(scene.s.scene, *scene.images, noisy, FastOptions(), RunContext(2));
+  const TemporaryFolder folder;
+  const CheckpointFolder checkpoints(folder.path() / "steps");
+  // The first start is stopped behind the first level.
+  std::atomic<bool> cancel = false;
+  RunContext stopped(2);
+  stopped.cancel = &cancel;
+  struct StopAfterLevel : ProgressSink {
+    void Report(double) override { *cancel = checkpoints->HasFinished("level_0"); }
+    const CheckpointFolder* checkpoints;
+    std::atomic<bool>* cancel;
+  } sink;
+  sink.checkpoints = &checkpoints;
+  sink.cancel = &cancel;
+  stopped.set_progress(&sink);
+  EXPECT_THROW(RefineMesh(scene.s.scene, *scene.images, noisy, FastOptions(), stopped, checkpoints),
+               CancelledError);
+  for (const size_t num_found : {1u, 3u}) {
+    const auto rest =
+        RefineMesh(scene.s.scene, *scene.images, noisy, FastOptions(), RunContext(1), checkpoints);
+    EXPECT_EQ(rest.num_steps_found, num_found);
+    EXPECT_EQ(rest.mesh.vertices, whole.mesh.vertices);
+    EXPECT_EQ(rest.mesh.faces, whole.mesh.faces);
+    EXPECT_EQ(rest.mesh.vertex_quality, whole.mesh.vertex_quality);
+    EXPECT_EQ(rest.message, whole.message);
   }
 }
 

@@ -24,7 +24,8 @@ FacePairs SomePairs() {
   return pairs;
 }
 
-PhotoTerms Terms(float error) {
+PhotoTerms Terms(double error_per_mass) {
+  const auto error = static_cast<float>(error_per_mass);
   PhotoTerms terms;
   terms.pixels = {10, 20, 0};
   terms.mass = {10, 20, 0};
@@ -44,7 +45,7 @@ TEST(VertexQuality, TellsHowManyPhotosAgree) {
 
 TEST(VertexQuality, FallsWithThePhotoError) {
   const std::vector<float> half =
-      VertexQuality(ThreeFaces(), SomePairs(), Terms(0.5f * kUnlikePhotoError));
+      VertexQuality(ThreeFaces(), SomePairs(), Terms(0.5 * kUnlikePhotoError));
   EXPECT_NEAR(half[0], 0.5 * ByViews(2), 1e-6);
   const std::vector<float> unlike =
       VertexQuality(ThreeFaces(), SomePairs(), Terms(2 * kUnlikePhotoError));

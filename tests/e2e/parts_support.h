@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+
+// For tests of stages that work in parts.
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SKIP_WITH_SANITIZERS GTEST_SKIP() << "there is no scratch memory with sanitizers"
+#else
+#define SKIP_WITH_SANITIZERS static_cast<void>(0)
+#endif
+
+namespace lsmvs {
+
+std::string ReadBytes(const std::filesystem::path& path);
+
+// A count that the run of `stage` that made `output` put on the workspace's record.
+double CountOf(const std::filesystem::path& workspace, const std::string& stage,
+               const std::filesystem::path& output, const std::string& name);
+
+// Whether some run has kept the results of the step in the folder of scratch files.
+bool HasKept(const std::filesystem::path& scratch, const std::string& step);
+// Runs that have kept something there.
+size_t CountCheckpoints(const std::filesystem::path& scratch);
+
+}  // namespace lsmvs

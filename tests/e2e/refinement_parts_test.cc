@@ -1,0 +1,128 @@
+// Refinement of meshes that do not fit into the memory that is allowed.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "lsmvs/mesh/ply.h"
+#include "lsmvs/synthetic/random.h"
+#include "lsmvs/synthetic/synthetic_scene.h"
+#include "lsmvs/synthetic/workspace.h"
+#include "lsmvs/test_support/temporary_folder.h"
+#include "parts_support.h"
+#include "program_runner.h"
+
+namespace lsmvs {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A relief in some photos, and a mesh of it with noise, so fine that its arrays go to the scratch
+// file; made once.
+class RefinementParts : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    SyntheticSceneOptions options;
+    options.shape = ShapeName::kRelief;
+    options.num_views = 6;
+    options.width = 640;
+    options.height = 480;
+    SyntheticScene scene = MakeScene(options, RunContext(2));
+    WriteWorkspace(folder_->path(), WorkspaceFormat::kDense, &scene, RunContext(2));
+    TriangleMesh mesh = scene.shape->Mesh(2.9 * scene.gsd);
+    for (size_t v = 0; v < mesh.vertices.size(); ++v) {
+      mesh.vertices[v] += 0.3 * scene.gsd * Random(7, v).Gaussian3();
+    }
+    ASSERT_GT(mesh.faces.size(), 300'000u);
+    WriteMeshPly(Path("input.ply"), mesh, Eigen::Vector3d::Zero());
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static fs::path Path(const std::string& name) { return folder_->path() / name; }
+
+  static ProgramResult Refine(const std::string& output, std::vector<std::string> more,
+                              const ProgramOptions& options = {}) {
+    std::vector<std::string> arguments = {"mesh_refiner",
+                                          "--workspace_path",
+                                          folder_->path().string(),
+                                          "--input_path",
+                                          Path("input.ply").string(),
+                                          "--output_path",
+                                          Path(output).string(),
+                                          "--MeshRefinement.num_levels",
+                                          "2",
+                                          "--MeshRefinement.max_num_iterations",
+                                          "2"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram("lsmvs", arguments, options);
+  }
+
+  static void ExpectSameMesh(const std::string& a, const std::string& b) {
+    EXPECT_TRUE(ReadBytes(Path(a)) == ReadBytes(Path(b))) << a << " and " << b << " differ";
+  }
+
+  // Made by the first test that needs it.
+  static void MakeWhole() {
+    if (!fs::exists(Path("whole.ply"))) ExpectSuccess(Refine("whole.ply", {}));
+  }
+
+  static TemporaryFolder* folder_;
+};
+
+TemporaryFolder* RefinementParts::folder_ = nullptr;
+
+TEST_F(RefinementParts, AnyNumberGivesTheBytesOfTheWhole) {
+  SKIP_WITH_SANITIZERS;
+  MakeWhole();
+  for (const std::string num_parts : {"3", "10"}) {
+    const std::string output = "parts" + num_parts + ".ply";
+    const ProgramResult result =
+        Refine(output, {"--num_parts", num_parts, "--num_threads", num_parts == "3" ? "1" : "2"});
+    ExpectSuccess(result);
+    EXPECT_THAT(result.out, testing::HasSubstr("scratch file"));
+    EXPECT_GT(CountOf(folder_->path(), "mesh_refiner", Path(output), "scratch_bytes"), 30e6);
+    ExpectSameMesh(output, "whole.ply");
+  }
+}
+
+TEST_F(RefinementParts, DividesByItselfAndStaysBelowMaxMemory) {
+  SKIP_WITH_SANITIZERS;
+  MakeWhole();
+  const ProgramResult result = Refine("small.ply", {"--max_memory", "250MB"});
+  ExpectSuccess(result);
+  EXPECT_THAT(result.out, testing::HasSubstr("scratch file"));
+  EXPECT_LT(result.peak_bytes, 250e6);
+  ExpectSameMesh("small.ply", "whole.ply");
+}
+
+TEST_F(RefinementParts, TooLittleForPhotosAndMapsIsRefused) {
+  SKIP_WITH_SANITIZERS;
+  ExpectError(Refine("tiny.ply", {"--max_memory", "90MB"}), 5, {"mesh_refiner", "--max_memory"});
+}
+
+// Killed behind one step after the other, each start goes on behind the last one that was finished.
+TEST_F(RefinementParts, GoesOnBehindTheLevelsThatWereFinished) {
+  SKIP_WITH_SANITIZERS;
+  MakeWhole();
+  const fs::path scratch = Path("scratch");
+  fs::create_directories(scratch);
+  const std::vector<std::string> arguments = {"--num_parts", "4", "--scratch_path",
+                                              scratch.string()};
+  for (const std::string step : {"level_0", "level_1", "judged"}) {
+    ProgramOptions options;
+    options.signal_when = [&] { return HasKept(scratch, step); };
+    EXPECT_EQ(Refine("steps.ply", arguments, options).signal, 9) << step;
+    EXPECT_EQ(CountCheckpoints(scratch), 1u);
+  }
+  ExpectSuccess(Refine("steps.ply", arguments));
+  EXPECT_EQ(CountOf(folder_->path(), "mesh_refiner", Path("steps.ply"), "steps_found"), 3);
+  ExpectSameMesh("steps.ply", "whole.ply");
+  EXPECT_EQ(CountCheckpoints(scratch), 0u);
+}
+
+}  // namespace
+}  // namespace lsmvs
