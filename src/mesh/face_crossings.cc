@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -13,6 +14,9 @@ constexpr size_t kBucketsPerBlock = 1 << 13, kFacesPerBlock = 1 << 13;
 // If less than one of so many faces moved, each of them is looked up.
 constexpr size_t kFewMoved = 4;
 constexpr double kCellEdges = 2.0;
+// Blocks of 2^kBlockBits cells along each axis.
+constexpr int kBlockBits = 2;
+constexpr size_t kCellsPerBlock = size_t{1} << 3 * kBlockBits;
 // A face that touches more cells than this along an axis is entered in these many, so that one huge
 // face does not fill the grid; it then meets others only there.
 constexpr int kMaxCellsAlongAxis = 64;
@@ -88,8 +92,8 @@ FaceGrid::FaceGrid(std::span<const Eigen::Vector3d> vertices,
   cells_per_length_ = static_cast<float>(1.0 / cell_size);
   boxes_.reserve(faces.size());
   for (const Eigen::Vector3i& face : faces) boxes_.push_back(BoxOf(face));
-  const size_t num_buckets = std::bit_ceil(std::max<size_t>(faces.size(), 2));
-  bucket_shift_ = 64 - std::countr_zero(num_buckets);
+  const size_t num_buckets = std::bit_ceil(std::max<size_t>(faces.size(), 2 * kCellsPerBlock));
+  block_shift_ = 64 - std::countr_zero(num_buckets / kCellsPerBlock);
   begins_.assign(num_buckets + 1, 0);
   for (const Box& box : boxes_) {
     ForBuckets(box, [&](size_t bucket) { ++begins_[bucket]; });
@@ -139,10 +143,16 @@ void FaceGrid::ForBuckets(const Box& box, const Visit& visit) const {
   }
 }
 
+// Cells of a block have buckets side by side, so that what is worked on together lies together.
 size_t FaceGrid::BucketOf(const Cell& cell) const {
-  const Eigen::Array<uint64_t, 3, 1> c = cell.cast<uint64_t>();
-  const uint64_t mixed = (c[0] << 42 ^ c[1] << 21 ^ c[2]) * 0x9e3779b97f4a7c15u;
-  return (mixed ^ mixed >> 32) * 0xd6e8feb86659fd93u >> bucket_shift_;
+  const auto x = static_cast<uint64_t>(cell[0]), y = static_cast<uint64_t>(cell[1]),
+             z = static_cast<uint64_t>(cell[2]);
+  constexpr int kBits = kBlockBits;
+  const uint64_t block = x >> kBits << 42 ^ y >> kBits << 21 ^ z >> kBits;
+  const uint64_t mixed = block * 0x9e3779b97f4a7c15u;
+  const uint64_t hash = (mixed ^ mixed >> 32) * 0xd6e8feb86659fd93u >> block_shift_;
+  constexpr uint64_t kMask = (1 << kBits) - 1;
+  return hash << 3 * kBits | (z & kMask) << 2 * kBits | (y & kMask) << kBits | (x & kMask);
 }
 
 bool FaceGrid::MayCross(int32_t a, int32_t b) const {
@@ -171,19 +181,75 @@ bool FaceGrid::Cross(int32_t a, int32_t b) const {
   return FacesCross(vertices_, faces_[static_cast<size_t>(a)], faces_[static_cast<size_t>(b)]);
 }
 
+// The boxes of a bucket's members side by side, so that one is compared with all behind it at once.
+struct FaceGrid::BucketBoxes {
+  std::array<std::vector<float>, 3> min, max;
+  std::vector<Cell> low;  // the first cell that each touches
+  std::vector<int32_t> meets;
+
+  void Resize(size_t size) {
+    if (meets.size() >= size) return;
+    for (auto& values : min) values.resize(size);
+    for (auto& values : max) values.resize(size);
+    low.resize(size);
+    meets.resize(size);
+  }
+  void Set(size_t i, const Box& box, const Cell& low_cell) {
+    for (size_t k = 0; k < 3; ++k) {
+      min[k][i] = box.min[static_cast<int>(k)];
+      max[k][i] = box.max[static_cast<int>(k)];
+    }
+    low[i] = low_cell;
+  }
+  // Sets meets[k] for k of (i, end).
+  void Compare(size_t i, size_t end) {
+    const float* const min_x = min[0].data();
+    const float* const min_y = min[1].data();
+    const float* const min_z = min[2].data();
+    const float* const max_x = max[0].data();
+    const float* const max_y = max[1].data();
+    const float* const max_z = max[2].data();
+    const float x0 = min_x[i], x1 = max_x[i], y0 = min_y[i], y1 = max_y[i], z0 = min_z[i],
+                z1 = max_z[i];
+    int32_t* const out = meets.data();
+    for (size_t k = i + 1; k < end; ++k) {
+      out[k] = (min_x[k] <= x1) & (x0 <= max_x[k]) & (min_y[k] <= y1) & (y0 <= max_y[k]) &
+               (min_z[k] <= z1) & (z0 <= max_z[k]);
+    }
+  }
+};
+
+void FaceGrid::FindInBucket(size_t bucket, const std::vector<uint8_t>& moved, BucketBoxes* boxes,
+                            Pairs* found) const {
+  const int32_t* members = members_.data() + begins_[bucket];
+  const size_t count = begins_[bucket + 1] - begins_[bucket];
+  boxes->Resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    const Box& box = boxes_[static_cast<size_t>(members[i])];
+    boxes->Set(i, box, CellsOf(box).low);
+  }
+  for (size_t i = 0; i + 1 < count; ++i) {
+    const int32_t a = members[i];
+    const bool a_moved = moved[static_cast<size_t>(a)] != 0;
+    boxes->Compare(i, count);
+    for (size_t k = i + 1; k < count; ++k) {
+      const int32_t b = members[k];
+      if (!boxes->meets[k] || a == b || !(a_moved || moved[static_cast<size_t>(b)])) continue;
+      if (NumShared(faces_[static_cast<size_t>(a)], faces_[static_cast<size_t>(b)]) >= 2) continue;
+      if (BucketOf(boxes->low[i].max(boxes->low[k])) != bucket || !Cross(a, b)) continue;
+      found->emplace_back(a, b);
+    }
+  }
+}
+
 FaceGrid::Pairs FaceGrid::PairsOfBuckets(const std::vector<uint8_t>& moved,
                                          const RunContext& context) const {
   const size_t num_buckets = begins_.size() - 1;
   std::vector<Pairs> found((num_buckets + kBucketsPerBlock - 1) / kBucketsPerBlock);
-  ParallelFor(context, num_buckets, kBucketsPerBlock, [&](size_t bucket) {
-    for (uint32_t i = begins_[bucket]; i < begins_[bucket + 1]; ++i) {
-      const int32_t a = members_[i];
-      for (uint32_t k = i + 1; k < begins_[bucket + 1]; ++k) {
-        const int32_t b = members_[k];
-        if (!moved[static_cast<size_t>(a)] && !moved[static_cast<size_t>(b)]) continue;
-        if (!MayCross(a, b) || FirstCommonBucket(a, b) != bucket || !Cross(a, b)) continue;
-        found[bucket / kBucketsPerBlock].emplace_back(a, b);
-      }
+  ParallelBlocks(context, num_buckets, kBucketsPerBlock, [&](size_t begin, size_t end) {
+    BucketBoxes boxes;
+    for (size_t bucket = begin; bucket < end; ++bucket) {
+      FindInBucket(bucket, moved, &boxes, &found[begin / kBucketsPerBlock]);
     }
   });
   return Joined(found);

@@ -51,6 +51,9 @@ class FaceGrid {
   bool MayCross(int32_t a, int32_t b) const;
   bool Cross(int32_t a, int32_t b) const;
   // By looking into every cell, or at the cells of every moved face.
+  struct BucketBoxes;
+  void FindInBucket(size_t bucket, const std::vector<uint8_t>& moved, BucketBoxes* boxes,
+                    Pairs* found) const;
   Pairs PairsOfBuckets(const std::vector<uint8_t>& moved, const RunContext& context) const;
   Pairs PairsOfFaces(const std::vector<uint8_t>& moved, const RunContext& context) const;
   static Pairs Joined(const std::vector<Pairs>& blocks);
@@ -59,7 +62,7 @@ class FaceGrid {
   std::span<const Eigen::Vector3i> faces_;
   Eigen::Vector3d origin_;
   float cells_per_length_ = 0;
-  int bucket_shift_ = 0;
+  int block_shift_ = 0;
   std::vector<Box> boxes_;  // #F, relative to the origin
   // Cells share buckets by a hash: the faces of bucket k are members_[begins_[k] .. begins_[k +
   // 1]), ascending; a face is in a bucket once for each of its cells there.
