@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "lsmvs/cli/plan_text.h"
+#include "lsmvs/colmap_adapter/pmvs_cloud.h"
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
@@ -21,6 +22,7 @@ namespace fs = std::filesystem;
 double CountFaces(const fs::path& path) {
   if (!fs::exists(path)) return 0;
   try {
+    if (IsPmvsResult(path)) return 2 * static_cast<double>(CountPmvsPoints(path));
     const PlyReader reader(path);
     const auto count_of = [&](const char* name) {
       const PlyElement* element = reader.FindElement(name);

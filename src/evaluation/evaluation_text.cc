@@ -42,6 +42,14 @@ Json InspectionJson(const MeshInspection& m) {
           {"closed", m.IsClosed()}};
 }
 
+Json CloudJson(const CloudFigures& c) {
+  Json json = {{"points", c.num_points}};
+  if (c.mean_views) json["mean_views"] = *c.mean_views;
+  if (c.mean_score) json["mean_score"] = *c.mean_score;
+  if (c.coverage) json["coverage"] = *c.coverage;
+  return json;
+}
+
 Json StatisticsJson(const DistanceStatistics& s, double gsd) {
   Json json = {{"points", s.num_points}, {"unseen_points", s.num_unseen},
                {"shares", s.shares},     {"mean", s.mean},
@@ -153,6 +161,17 @@ std::string InspectionTable(const MeshInspection& m) {
       m.num_border_edges, m.num_nonmanifold_edges);
 }
 
+std::string CloudTable(const CloudFigures& c) {
+  std::string text = fmt::format("  cloud of {} points", c.num_points);
+  if (c.mean_views) text += fmt::format(", seen by {:.2f} photos each", *c.mean_views);
+  if (c.mean_score) text += fmt::format(", own score {:.3f}", *c.mean_score);
+  if (c.coverage) {
+    text += fmt::format("; points in {:.3f} of the photos' cells of {} x {} pixels", *c.coverage,
+                        kCloudCellPixels, kCloudCellPixels);
+  }
+  return text + "\n";
+}
+
 std::string StatisticsRow(const char* name, const DistanceStatistics& s, double unit) {
   return fmt::format("  {:<14}{:>10.4g}{:>10.4g}{:>10.4g}   {} points ({} unseen)\n", name,
                      s.mean / unit, s.median / unit, s.percentile_95 / unit, s.num_points,
@@ -251,6 +270,7 @@ std::string AtlasTable(const AtlasFigures& a) {
 std::string ToJson(const MeshFigures& figures) {
   Json json = {{"name", figures.name}};
   if (figures.inspection) json["mesh"] = InspectionJson(*figures.inspection);
+  if (figures.cloud) json["cloud"] = CloudJson(*figures.cloud);
   if (figures.surface) json["surface"] = SurfaceJson(*figures.surface);
   if (figures.depth_errors) json["depth_errors"] = DepthErrorsJson(*figures.depth_errors);
   if (figures.photometric) json["photometric"] = PhotometricJson(*figures.photometric);
@@ -263,6 +283,7 @@ std::string ToJson(const MeshFigures& figures) {
 std::string ToTable(const MeshFigures& figures) {
   std::string text = figures.name + "\n";
   if (figures.inspection) text += InspectionTable(*figures.inspection);
+  if (figures.cloud) text += CloudTable(*figures.cloud);
   if (figures.silhouettes) text += SilhouettesTable(*figures.silhouettes);
   if (figures.surface) text += SurfaceTable(*figures.surface);
   if (figures.depth_errors) text += DepthErrorsTable(*figures.depth_errors);

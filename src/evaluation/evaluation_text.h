@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "lsmvs/evaluation/atlas_figures.h"
+#include "lsmvs/evaluation/cloud_figures.h"
 #include "lsmvs/evaluation/depth_errors.h"
 #include "lsmvs/evaluation/photometric_score.h"
 #include "lsmvs/evaluation/silhouettes.h"
@@ -18,6 +19,7 @@ namespace lsmvs {
 struct MeshFigures {
   std::string name;
   std::optional<MeshInspection> inspection;  // of meshes
+  std::optional<CloudFigures> cloud;         // of clouds
   std::optional<SurfaceEvaluation> surface;  // with a truth
   std::optional<DepthErrors> depth_errors;   // with a truth and views
   std::optional<PhotometricScore> photometric;

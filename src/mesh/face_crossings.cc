@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace lsmvs {
@@ -12,11 +13,12 @@ constexpr size_t kBucketsPerBlock = 1 << 13, kFacesPerBlock = 1 << 13;
 // If less than one of so many faces moved, each of them is looked up.
 constexpr size_t kFewMoved = 4;
 constexpr double kCellEdges = 2.0;
+// Blocks of 2^kBlockBits cells along each axis.
+constexpr int kBlockBits = 2;
+constexpr size_t kCellsPerBlock = size_t{1} << 3 * kBlockBits;
 // A face that touches more cells than this along an axis is entered in these many, so that one huge
 // face does not fill the grid; it then meets others only there.
 constexpr int kMaxCellsAlongAxis = 64;
-// Blocks have 8 x 8 x 8 cells, of which a surface meets about so many.
-constexpr int kBlockShift = 3, kBucketBits = 6;
 // Boxes are rounded to float: wider by this part of the largest coordinate.
 constexpr float kRounding = 2.5e-7f;
 
@@ -62,7 +64,7 @@ double MeanEdge(std::span<const Eigen::Vector3d> vertices, std::span<const Eigen
 }
 
 Eigen::Array3i BlockOf(const Eigen::Array3i& cell) {
-  return {cell[0] >> kBlockShift, cell[1] >> kBlockShift, cell[2] >> kBlockShift};
+  return {cell[0] >> kBlockBits, cell[1] >> kBlockBits, cell[2] >> kBlockBits};
 }
 
 uint64_t Mixed(const Eigen::Array3i& cell) {
@@ -108,7 +110,7 @@ FaceGrid::FaceGrid(std::span<const Eigen::Vector3d> vertices,
       }
     }
   }
-  begins_.assign((static_cast<size_t>(blocks_.size()) << kBucketBits) + 1, 0);
+  begins_.assign(blocks_.size() * kCellsPerBlock + 1, 0);
   for (const Box& box : boxes_) {
     ForBuckets(box, [&](size_t bucket) { ++begins_[bucket]; });
   }
@@ -157,9 +159,14 @@ void FaceGrid::ForBuckets(const Box& box, const Visit& visit) const {
   }
 }
 
+// Cells of a block have buckets side by side, so that what is worked on together lies together.
 size_t FaceGrid::BucketOf(const Cell& cell) const {
-  return (static_cast<size_t>(blocks_.Find(BlockOf(cell))) << kBucketBits) +
-         (Mixed(cell) >> (64 - kBucketBits));
+  const auto in_block = [&](int k) {
+    return static_cast<size_t>(cell[k] & ((1 << kBlockBits) - 1));
+  };
+  const auto block = static_cast<size_t>(blocks_.Find(BlockOf(cell)));
+  return block * kCellsPerBlock +
+         (in_block(2) << 2 * kBlockBits | in_block(1) << kBlockBits | in_block(0));
 }
 
 uint32_t FaceGrid::BlockNumbers::Add(const Cell& block) {
@@ -216,19 +223,75 @@ bool FaceGrid::Cross(int32_t a, int32_t b) const {
   return FacesCross(vertices_, faces_[static_cast<size_t>(a)], faces_[static_cast<size_t>(b)]);
 }
 
+// The boxes of a bucket's members side by side, so that one is compared with all behind it at once.
+struct FaceGrid::BucketBoxes {
+  std::array<std::vector<float>, 3> min, max;
+  std::vector<Cell> low;  // the first cell that each touches
+  std::vector<int32_t> meets;
+
+  void Resize(size_t size) {
+    if (meets.size() >= size) return;
+    for (auto& values : min) values.resize(size);
+    for (auto& values : max) values.resize(size);
+    low.resize(size);
+    meets.resize(size);
+  }
+  void Set(size_t i, const Box& box, const Cell& low_cell) {
+    for (size_t k = 0; k < 3; ++k) {
+      min[k][i] = box.min[static_cast<int>(k)];
+      max[k][i] = box.max[static_cast<int>(k)];
+    }
+    low[i] = low_cell;
+  }
+  // Sets meets[k] for k of (i, end).
+  void Compare(size_t i, size_t end) {
+    const float* const min_x = min[0].data();
+    const float* const min_y = min[1].data();
+    const float* const min_z = min[2].data();
+    const float* const max_x = max[0].data();
+    const float* const max_y = max[1].data();
+    const float* const max_z = max[2].data();
+    const float x0 = min_x[i], x1 = max_x[i], y0 = min_y[i], y1 = max_y[i], z0 = min_z[i],
+                z1 = max_z[i];
+    int32_t* const out = meets.data();
+    for (size_t k = i + 1; k < end; ++k) {
+      out[k] = (min_x[k] <= x1) & (x0 <= max_x[k]) & (min_y[k] <= y1) & (y0 <= max_y[k]) &
+               (min_z[k] <= z1) & (z0 <= max_z[k]);
+    }
+  }
+};
+
+void FaceGrid::FindInBucket(size_t bucket, const std::vector<uint8_t>& moved, BucketBoxes* boxes,
+                            Pairs* found) const {
+  const int32_t* members = members_.data() + begins_[bucket];
+  const size_t count = begins_[bucket + 1] - begins_[bucket];
+  boxes->Resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    const Box& box = boxes_[static_cast<size_t>(members[i])];
+    boxes->Set(i, box, CellsOf(box).low);
+  }
+  for (size_t i = 0; i + 1 < count; ++i) {
+    const int32_t a = members[i];
+    const bool a_moved = moved[static_cast<size_t>(a)] != 0;
+    boxes->Compare(i, count);
+    for (size_t k = i + 1; k < count; ++k) {
+      const int32_t b = members[k];
+      if (!boxes->meets[k] || a == b || !(a_moved || moved[static_cast<size_t>(b)])) continue;
+      if (NumShared(faces_[static_cast<size_t>(a)], faces_[static_cast<size_t>(b)]) >= 2) continue;
+      if (BucketOf(boxes->low[i].max(boxes->low[k])) != bucket || !Cross(a, b)) continue;
+      found->emplace_back(a, b);
+    }
+  }
+}
+
 FaceGrid::Pairs FaceGrid::PairsOfBuckets(const std::vector<uint8_t>& moved,
                                          const RunContext& context) const {
   const size_t num_buckets = begins_.size() - 1;
   std::vector<Pairs> found((num_buckets + kBucketsPerBlock - 1) / kBucketsPerBlock);
-  ParallelFor(context, num_buckets, kBucketsPerBlock, [&](size_t bucket) {
-    for (uint32_t i = begins_[bucket]; i < begins_[bucket + 1]; ++i) {
-      const int32_t a = members_[i];
-      for (uint32_t k = i + 1; k < begins_[bucket + 1]; ++k) {
-        const int32_t b = members_[k];
-        if (!moved[static_cast<size_t>(a)] && !moved[static_cast<size_t>(b)]) continue;
-        if (!MayCross(a, b) || FirstCommonBucket(a, b) != bucket || !Cross(a, b)) continue;
-        found[bucket / kBucketsPerBlock].emplace_back(a, b);
-      }
+  ParallelBlocks(context, num_buckets, kBucketsPerBlock, [&](size_t begin, size_t end) {
+    BucketBoxes boxes;
+    for (size_t bucket = begin; bucket < end; ++bucket) {
+      FindInBucket(bucket, moved, &boxes, &found[begin / kBucketsPerBlock]);
     }
   });
   return Joined(found);

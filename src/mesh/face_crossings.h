@@ -75,6 +75,9 @@ class FaceGrid {
   bool MayCross(int32_t a, int32_t b) const;
   bool Cross(int32_t a, int32_t b) const;
   // By looking into every cell, or at the cells of every moved face.
+  struct BucketBoxes;
+  void FindInBucket(size_t bucket, const std::vector<uint8_t>& moved, BucketBoxes* boxes,
+                    Pairs* found) const;
   Pairs PairsOfBuckets(const std::vector<uint8_t>& moved, const RunContext& context) const;
   Pairs PairsOfFaces(const std::vector<uint8_t>& moved, const RunContext& context) const;
   static Pairs Joined(const std::vector<Pairs>& blocks);
@@ -85,8 +88,8 @@ class FaceGrid {
   float cells_per_length_ = 0;
   BlockNumbers blocks_;
   std::vector<Box> boxes_;  // #F, relative to the origin
-  // Cells of a block share its buckets by a hash: the faces of bucket k are members_[begins_[k] ..
-  // begins_[k + 1]), ascending; a face is in a bucket once for each of its cells there.
+  // A bucket for each cell of each block: the faces of bucket k are members_[begins_[k] ..
+  // begins_[k + 1]), ascending.
   std::vector<uint32_t> begins_;
   std::vector<int32_t> members_;
 };

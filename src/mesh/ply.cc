@@ -325,6 +325,8 @@ PlyMeshCollector::PlyMeshCollector(const PlyReader& reader, const std::filesyste
   position_ = PlyTriple(*vertex, {"x", "y", "z"});
   normal_ = PlyTriple(*vertex, {"nx", "ny", "nz"});
   color_ = PlyTriple(*vertex, {"red", "green", "blue"});
+  // PMVS's names.
+  if (!color_) color_ = PlyTriple(*vertex, {"diffuse_red", "diffuse_green", "diffuse_blue"});
   quality_ = vertex->Find("quality");
   if (quality_ >= 0 && vertex->properties[quality_].is_list) quality_ = -1;
   if (!position_) throw InputError(path_, "has no x, y, z", kRemedy);

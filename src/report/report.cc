@@ -42,12 +42,21 @@ Json MeshJson(const ReportMesh& mesh) {
   return json;
 }
 
+Json CloudJson(const ReportCloud& cloud) {
+  return {{"title", cloud.title},
+          {"file", cloud.file},
+          {"origin", cloud.origin},
+          {"file_bytes", cloud.file_bytes},
+          {"figures", Json::parse(ToJson(cloud.figures))}};
+}
+
 Json ReportJson(const Report& report) {
-  Json json = {{"title", report.title},     {"workspace", report.workspace},
-               {"program", report.program}, {"meshes", Json::array()},
-               {"missing", Json::array()},  {"stages", Json::array()},
-               {"options", Json::array()},  {"notes", report.notes}};
+  Json json = {
+      {"title", report.title},   {"workspace", report.workspace}, {"program", report.program},
+      {"meshes", Json::array()}, {"clouds", Json::array()},       {"missing", Json::array()},
+      {"stages", Json::array()}, {"options", Json::array()},      {"notes", report.notes}};
   for (const ReportMesh& mesh : report.meshes) json["meshes"].push_back(MeshJson(mesh));
+  for (const ReportCloud& cloud : report.clouds) json["clouds"].push_back(CloudJson(cloud));
   for (const auto& [title, reason] : report.missing) {
     json["missing"].push_back({{"title", title}, {"reason", reason}});
   }

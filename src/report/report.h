@@ -43,6 +43,13 @@ struct ReportMesh {
   std::optional<uint64_t> peak_bytes;  // while it was made
 };
 
+// A cloud of the comparison: figures alone, nothing is drawn.
+struct ReportCloud {
+  std::string title, file, origin;  // as of a mesh
+  MeshFigures figures;
+  uint64_t file_bytes = 0;
+};
+
 // A step of a run.
 struct ReportStage {
   std::string name;
@@ -61,6 +68,7 @@ struct Report {
   int key_photo = -1;  // the page opens at its pose; -1: a view of everything
   std::vector<ReportPhoto> photos;
   std::vector<ReportMesh> meshes;  // at least one
+  std::vector<ReportCloud> clouds;
   // Meshes that are not there, and why.
   std::vector<std::pair<std::string, std::string>> missing;
   std::vector<ReportStage> stages;

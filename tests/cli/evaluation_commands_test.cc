@@ -1,4 +1,5 @@
 // mesh_evaluator, mesh_renderer and mesh_comparer on a small rendered workspace.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -213,6 +214,94 @@ TEST_F(EvaluationCommands, ComparerShowsTextures) {
     EXPECT_THAT(Content(report / "index.html"), HasSubstr("id=\"texture-"));
   }
   fs::remove_all(Workspace() / "textured");  // of the other tests
+}
+
+// Patches at these places, each seen by three photos.
+std::string Patches(const std::vector<Eigen::Vector3d>& points) {
+  std::string text = fmt::format("PATCHES\n{}\n", points.size());
+  for (const Eigen::Vector3d& x : points) {
+    text += fmt::format("PATCHS\n{} {} {} 1\n0 0 1 0\n0.8 1 1\n3\n0 1 2 \n0\n\n\n", x.x(), x.y(),
+                        x.z());
+  }
+  return text;
+}
+
+// The truth is the square [0,1]^2 at z = 0. Half of the patches lie in it, a quarter 0.3 above and
+// a quarter 0.7 above, each in a voxel of its own.
+TEST_F(EvaluationCommands, EvaluatorScoresPatchesOfPmvs) {
+  TriangleMesh square;
+  square.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  square.faces = {{0, 1, 2}, {0, 2, 3}};
+  const fs::path truth = folder_->path() / "square.ply", path = folder_->path() / "a.patch";
+  WriteMeshPly(truth, square);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 24; ++i) {
+    const double z = i < 12 ? 0 : i < 18 ? 0.3 : 0.7;
+    points.emplace_back(0.1 + 0.2 * (i % 5), 0.1 + 0.2 * (i / 5), z);
+  }
+  WriteFileAtomically(path, Patches(points));
+  const Outcome outcome =
+      RunProgram({"mesh_evaluator", "--input_path", path, "--ground_truth_path", truth, "--unit",
+                  "world", "--thresholds", "0.29,0.31,1", "--json_path", "-"});
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const nlohmann::json json = nlohmann::json::parse(outcome.output);
+  EXPECT_EQ(json["surface"]["kind"], "cloud");
+  EXPECT_EQ(json["surface"]["accuracy"]["shares"], (std::vector<double>{0.5, 0.75, 1}));
+  EXPECT_EQ(json["surface"]["completeness"]["shares"][2], 1);
+  EXPECT_EQ(json["cloud"]["points"], 24);
+  EXPECT_EQ(json["cloud"]["mean_views"], 3);
+  EXPECT_NEAR(json["cloud"]["mean_score"], 0.8, 1e-6);
+  EXPECT_FALSE(json["cloud"].contains("coverage"));
+}
+
+TEST_F(EvaluationCommands, CloudsAreMeasuredWithoutTruth) {
+  const fs::path path = folder_->path() / "b.patch";
+  WriteFileAtomically(path, Patches(ReadMeshPly(Truth()).vertices));
+  const Outcome outcome = RunProgram({"mesh_evaluator", "--input_path", path, "--workspace_path",
+                                      Workspace(), "--json_path", "-"});
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const double coverage = nlohmann::json::parse(outcome.output)["cloud"]["coverage"];
+  EXPECT_GT(coverage, 0.05);
+  EXPECT_LT(coverage, 1);
+  // Photos are only compared through a mesh.
+  const Outcome photos = RunProgram(
+      {"mesh_evaluator", "--input_path", path, "--workspace_path", Workspace(), "--photometric"});
+  EXPECT_EQ(photos.code, 3);
+  EXPECT_THAT(photos.errors, HasSubstr("only seen through a mesh"));
+}
+
+TEST_F(EvaluationCommands, BadPatchesAreRefused) {
+  const fs::path path = folder_->path() / "c.patch";
+  const auto refused = [&](const std::string& text, const std::string& message) {
+    WriteFileAtomically(path, text);
+    const Outcome outcome =
+        RunProgram({"mesh_evaluator", "--input_path", path, "--workspace_path", Workspace()});
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_THAT(outcome.errors, HasSubstr("c.patch: " + message));
+  };
+  std::string text = Patches({{1, 2, 3}, {4, 5, 6}});
+  refused(text.substr(0, text.find("0 1 2", text.find("4 5 6"))),
+          "line 17: ends before the photos");
+  refused("PATCHES\n0\n", "has no points");
+  text.replace(text.find("4 5 6"), 5, "4 nan 6");
+  refused(text, "line 13: has a number that is not finite");
+}
+
+TEST_F(EvaluationCommands, ComparerTakesPatchesOfPmvs) {
+  const fs::path patches = folder_->path() / "d.patch", report = folder_->path() / "pmvs-report";
+  WriteFileAtomically(patches, Patches(ReadMeshPly(Truth()).vertices));
+  const Outcome outcome =
+      RunProgram({"mesh_comparer", Workspace(), "--ground_truth_path", Truth(), "--input_paths",
+                  patches, "--output_path", report, "--picture_width", "64", "--max_num_faces",
+                  "500", "--max_num_photos", "2", "--num_samples", "2000"});
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const nlohmann::json json = nlohmann::json::parse(Content(report / "report.json"));
+  ASSERT_EQ(json["clouds"].size(), 1u);
+  EXPECT_EQ(json["clouds"][0]["file"], "d.patch");
+  EXPECT_EQ(json["clouds"][0]["figures"]["surface"]["kind"], "cloud");
+  EXPECT_GT(json["clouds"][0]["figures"]["surface"]["accuracy"]["shares"][0], 0.99);
+  EXPECT_EQ(json["clouds"][0]["figures"]["cloud"]["mean_views"], 3);
+  EXPECT_EQ(json["meshes"].size(), 1u);
 }
 
 TEST_F(EvaluationCommands, EvaluatorSaysWhatIsWrong) {

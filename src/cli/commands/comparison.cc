@@ -14,6 +14,7 @@
 #include "lsmvs/cli/commands/evaluation_input.h"
 #include "lsmvs/cli/help_text.h"
 #include "lsmvs/cli/mesh_memory.h"
+#include "lsmvs/colmap_adapter/pmvs_cloud.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
 #include "lsmvs/evaluation/error_colors.h"
 #include "lsmvs/execution/run_record.h"
@@ -37,7 +38,7 @@ constexpr MeshMemoryModel kMemory = {.all = 460, .in_memory = 100};
 constexpr int kPhotoQuality = 82;
 constexpr double kMaxTexels = 6e6;  // of a texture on the page
 
-// A mesh file that is compared.
+// A mesh, or a cloud of PMVS, that is compared.
 struct Candidate {
   fs::path path;
   std::string title, origin;
@@ -53,9 +54,12 @@ std::vector<Candidate> FindMeshes(const DenseWorkspace& workspace, const std::st
   }
   candidates.push_back({workspace.folder / "textured" / "mesh.ply", "textured", "mesh_texturer"});
   std::erase_if(candidates, [](const Candidate& c) { return !fs::exists(c.path); });
+  const fs::path pmvs = workspace.folder / "pmvs";
+  if (IsPmvsFolder(pmvs) && HasPmvsFiles(pmvs)) candidates.push_back({pmvs, "PMVS", "pmvs2"});
   std::istringstream stream(further);
   for (std::string path; std::getline(stream, path, ',');) {
-    candidates.push_back({path, fs::path(path).stem().string(), "given"});
+    const std::string title = IsPmvsFolder(path) ? "PMVS" : fs::path(path).stem().string();
+    candidates.push_back({path, title, "given"});
   }
   return candidates;
 }
@@ -159,7 +163,7 @@ class Comparison {
     LoadTruth();
     images_ = MakeImageStore(scene_, {});
     key_photo_ = MostRevealingView(scene_);
-    for (const Candidate& candidate : candidates) AddMesh(candidate);
+    for (const Candidate& candidate : candidates) Add(candidate);
     DescribeRun();
     AddPhotos();
     return Write();
@@ -197,15 +201,36 @@ class Comparison {
         std::make_unique<SurfaceEvaluator>(truth, scene_.views, options_.surface, context_.run);
   }
 
-  void AddMesh(const Candidate& candidate) {
+  void Add(const Candidate& candidate) {
     context_.display->Begin("Measuring " + candidate.path.filename().string());
-    const TexturedMesh textured =
-        ReadTexturedPly(candidate.path, scene_.world_offset, NotFinite::kKeep);
-    if (textured.mesh.faces.empty()) {
-      report_.missing.emplace_back(candidate.title, candidate.path.string() + " has no faces");
-      context_.display->End("no faces");
-      return;
+    if (IsPmvsResult(candidate.path)) {
+      AddCloud(ReadPmvsCloud(candidate.path, scene_.world_offset), candidate);
+    } else {
+      const TexturedMesh textured =
+          ReadTexturedPly(candidate.path, scene_.world_offset, NotFinite::kKeep);
+      if (textured.mesh.faces.empty()) {
+        AddCloud({{candidate.path}, textured.mesh, {}, {}}, candidate);
+      } else {
+        AddMesh(textured, candidate);
+      }
     }
+    context_.display->End();
+  }
+
+  void AddCloud(const PmvsCloud& cloud, const Candidate& candidate) {
+    ReportCloud entry;
+    entry.title = candidate.title;
+    entry.origin = candidate.origin;
+    entry.file = candidate.path.filename().string();
+    for (const fs::path& file : cloud.files) entry.file_bytes += fs::file_size(file);
+    entry.figures.name = entry.file;
+    entry.figures.cloud = MeasureCloud(cloud.points.vertices, cloud.num_views, cloud.scores,
+                                       scene_.views, context_.run);
+    if (evaluator_) entry.figures.surface = evaluator_->Evaluate(cloud.points, context_.run);
+    report_.clouds.push_back(std::move(entry));
+  }
+
+  void AddMesh(const TexturedMesh& textured, const Candidate& candidate) {
     ReportMesh entry;
     entry.title = candidate.title;
     entry.origin = candidate.origin;
@@ -214,7 +239,6 @@ class Comparison {
     Measure(textured, candidate, &entry);
     SetCost(candidate, &entry);
     report_.meshes.push_back(std::move(entry));
-    context_.display->End();
   }
 
   void Measure(const TexturedMesh& textured, const Candidate& candidate, ReportMesh* entry) {
@@ -418,7 +442,9 @@ class Comparison {
 void ComparisonOptions::Describe(OptionSet* options) {
   options->Add("workspace_path", &workspace_path, "Workspace with the photos and the meshes.");
   options->Add("ground_truth_path", &ground_truth_path, "True mesh or cloud (PLY).");
-  options->Add("input_paths", &input_paths, "Further meshes, separated by commas.");
+  options->Add(
+      "input_paths", &input_paths,
+      "Further meshes or clouds, separated by commas; also of PMVS: .patch, .ply or its folder.");
   options->Add("output_path", &output_path,
                "Folder of the report; empty: lsmvs/report in the workspace.");
   options->Add("title", &title, "Title of the page.");

@@ -15,7 +15,7 @@ struct ComparisonOptions {
   std::string workspace_path;
   // True mesh or cloud; empty: the photos alone judge.
   std::string ground_truth_path;
-  // Further meshes, separated by commas.
+  // Further meshes or clouds, separated by commas; results of PMVS as IsPmvsResult() knows them.
   std::string input_paths;
   // Folder of the report; empty: lsmvs/report in the workspace.
   std::string output_path;
@@ -44,8 +44,9 @@ struct ComparisonOptions {
   bool Check(std::string* error) const;
 };
 
-// Finds the meshes of the workspace, measures each, and writes index.html, report.json and a
-// picture of each mesh. Returns the path of the page (of report.json if this build has no page).
+// Finds the meshes of the workspace, and what PMVS made in its folder pmvs/, measures each, and
+// writes index.html, report.json and a picture of each mesh; of clouds there are figures only.
+// Returns the path of the page (of report.json if this build has no page).
 // Throws InputError if there is no mesh. What could not be compared, and why, stands in the report.
 std::filesystem::path WriteComparison(const ComparisonOptions& options,
                                       const CommandContext& context);

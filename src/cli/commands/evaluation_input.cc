@@ -9,6 +9,8 @@
 #include <sstream>
 
 #include "lsmvs/cli/nearest_name.h"
+#include "lsmvs/colmap_adapter/pmvs_cloud.h"
+#include "lsmvs/colmap_adapter/pmvs_scene.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
 #include "lsmvs/util/error.h"
 
@@ -41,6 +43,7 @@ DenseWorkspace FindWorkspaceToEvaluate(const std::filesystem::path& path) {
 }
 
 Scene LoadSceneToEvaluate(const std::filesystem::path& path, bool check_images) {
+  if (IsPmvsFolder(path)) return LoadPmvsScene(path);
   LoadSceneOptions options;
   options.check_images = check_images;
   return LoadScene(FindWorkspaceToEvaluate(path), options);

@@ -15,7 +15,7 @@ namespace lsmvs {
 // The workspace that `path` stands for: a dense workspace, the only one that a project holds, or a
 // project whose photos have no distortion. Throws UsageError if there are several.
 DenseWorkspace FindWorkspaceToEvaluate(const std::filesystem::path& path);
-// Its scene. Throws InputError.
+// Its scene, or that of a folder prepared for PMVS (LoadPmvsScene). Throws InputError.
 Scene LoadSceneToEvaluate(const std::filesystem::path& path, bool check_images);
 
 // Positions of the views named in `names`, separated by commas; empty for an empty text. Throws

@@ -10,6 +10,7 @@
 #include "lsmvs/cli/commands/evaluation_input.h"
 #include "lsmvs/cli/mesh_memory.h"
 #include "lsmvs/cli/output_check.h"
+#include "lsmvs/colmap_adapter/pmvs_cloud.h"
 #include "lsmvs/evaluation/error_colors.h"
 #include "lsmvs/evaluation/evaluation_text.h"
 #include "lsmvs/mesh/textured_ply.h"
@@ -17,6 +18,8 @@
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -45,21 +48,29 @@ class MeshEvaluator : public Command {
         "--view_step.\n"
         "With --workspace_path also how torn the mesh looks from the photos' poses: holes, ragged "
         "rims, lumps.\n"
-        "A file without faces is taken as a cloud. Nothing of the workspace is changed.";
+        "A file without faces is taken as a cloud; of clouds the number of points and the share of "
+        "the photos that they cover are measured, too. Results of PMVS-2 are taken as it writes "
+        "them: a .patch file (with its photos and scores), a .ply, or the folder pmvs/ that "
+        "`colmap "
+        "image_undistorter --output_type PMVS` prepared, whose cameras and photos then serve in "
+        "place of a workspace. Nothing of the workspace is changed.";
     info.examples = {
         "lsmvs mesh_evaluator --input_path mesh.ply --ground_truth_path truth.ply --workspace_path "
         "dense",
         "lsmvs mesh_evaluator --input_path mesh.ply --workspace_path dense --json_path score.json",
         "lsmvs mesh_evaluator --input_path textured/mesh.ply --workspace_path dense --texture "
-        "--view_step 8"};
+        "--view_step 8",
+        "lsmvs mesh_evaluator --input_path pmvs --ground_truth_path truth.ply"};
     info.required = {"input_path"};
     return info;
   }
 
   void Describe(OptionSet* options) override {
-    options->Add("input_path", &input_path_, "Mesh or cloud to score (PLY)");
+    options->Add("input_path", &input_path_,
+                 "Mesh or cloud to score (PLY; PMVS: .patch, or its folder)");
     options->Add("ground_truth_path", &ground_truth_path_, "True mesh or cloud (PLY)");
-    options->Add("workspace_path", &workspace_path_, "Workspace with the cameras and the photos");
+    options->Add("workspace_path", &workspace_path_,
+                 "Workspace with the cameras and the photos; a folder of PMVS will do");
     options->Add("photometric", &photometric_, "Compare with the photos although there is a truth");
     options->Add(
         "view_names", &view_names_,
@@ -82,19 +93,29 @@ class MeshEvaluator : public Command {
   }
 
   void Run(const CommandContext& context) override {
+    if (workspace_path_.empty() && IsPmvsFolder(input_path_)) workspace_path_ = input_path_;
     CheckOptions();
     const MeshMemory memory("mesh_evaluator", {input_path_, ground_truth_path_}, kMemory,
                             scratch_path_, context);
     if (!workspace_path_.empty()) {
       scene_ = LoadSceneToEvaluate(workspace_path_, Photometric() || texture_);
     }
+    std::vector<std::string> inputs = {ground_truth_path_,
+                                       scene_ ? scene_->image_folder : std::string()};
+    for (const fs::path& file : PmvsFiles(input_path_)) inputs.push_back(file.string());
     for (const std::string& output : {json_path_, error_path_}) {
-      RefuseToReplaceInputs(
-          output, {input_path_, ground_truth_path_, scene_ ? scene_->image_folder : std::string()});
+      RefuseToReplaceInputs(output, inputs);
     }
     const Eigen::Vector3d offset = scene_ ? scene_->world_offset : Eigen::Vector3d::Zero();
     ReadInput(offset);
     figures_.name = input_path_;
+    if (mesh_.faces.empty()) {
+      if (mesh_.vertices.empty() && ground_truth_path_.empty()) {
+        throw InputError(input_path_, "has no points", "give a mesh or a cloud");
+      }
+      const std::vector<View> views = scene_ ? scene_->views : std::vector<View>();
+      figures_.cloud = MeasureCloud(mesh_.vertices, num_views_, scores_, views, context.run);
+    }
     if (!mesh_.faces.empty()) figures_.inspection = Inspect(mesh_);
     if (!mesh_.faces.empty()) tracer_ = std::make_unique<MeshTracer>(mesh_, context.run);
     if (tracer_ && scene_) {
@@ -103,7 +124,7 @@ class MeshEvaluator : public Command {
     if (!ground_truth_path_.empty()) {
       CompareWithTruth(ReadMeshPly(ground_truth_path_, offset, NotFinite::kKeep), context);
     }
-    if (Photometric()) CompareWithPhotos(context);
+    if (Photometric() && (photometric_ || !figures_.cloud)) CompareWithPhotos(context);
     if (texture_) ScoreTexture(context);
     WriteResults(offset);
   }
@@ -113,6 +134,16 @@ class MeshEvaluator : public Command {
 
   // The texture is only looked for where it is asked for.
   void ReadInput(const Eigen::Vector3d& offset) {
+    if (IsPmvsResult(input_path_)) {
+      if (texture_) {
+        throw InputError(input_path_, "holds points of PMVS", "--texture needs a mesh");
+      }
+      PmvsCloud cloud = ReadPmvsCloud(input_path_, offset);
+      mesh_ = std::move(cloud.points);
+      num_views_ = std::move(cloud.num_views);
+      scores_ = std::move(cloud.scores);
+      return;
+    }
     if (!texture_) {
       mesh_ = ReadMeshPly(input_path_, offset, NotFinite::kKeep);
       return;
@@ -246,6 +277,9 @@ class MeshEvaluator : public Command {
   std::optional<Scene> scene_;
   TriangleMesh mesh_;
   TexturedMesh textured_;  // with --texture
+  // Of the points of a cloud of PMVS.
+  std::vector<int> num_views_;
+  std::vector<float> scores_;
   std::unique_ptr<MeshTracer> tracer_;
   MeshFigures figures_;
 };

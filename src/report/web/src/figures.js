@@ -39,6 +39,7 @@ function rowsOf(meshes) {
   const photometric = (key) => (m) => m.figures.photometric?.[key];
   const silhouettes = (key) => (m) => m.figures.silhouettes?.[key];
   const mesh = (key) => (m) => m.figures.mesh?.[key];
+  const cloud = (key) => (m) => m.figures.cloud?.[key];
   const texture = (key) => (m) => m.figures.texture?.[key];
   const atlas = (key) => (m) => m.figures.atlas?.[key];
   return [
@@ -66,6 +67,10 @@ function rowsOf(meshes) {
     { name: 'Border edges', get: mesh('border_edges'), show: count },
     { name: 'Non-manifold edges', get: mesh('nonmanifold_edges'), show: count, best: 'min' },
     { name: 'Components', get: mesh('components'), show: count },
+    { group: 'Cloud' },
+    { name: 'Points', get: cloud('points'), show: count },
+    { name: 'Photos that see a point', get: cloud('mean_views'), show: tenths },
+    { name: 'Share of the photos’ cells of 4 × 4 pixels with a point', get: cloud('coverage'), show: share, best: 'max' },
     { group: 'Cost' },
     { name: 'Time from the cloud to the mesh', get: (m) => m.seconds, show: duration, best: 'min' },
     { name: 'Peak memory', get: (m) => m.peak_bytes, show: bytes, best: 'min' },
@@ -89,8 +94,8 @@ function bestIndices(row, values) {
 }
 
 export function fillTable(table, meshes) {
-  table.append(el('caption', { class: 'hidden' }, 'Figures of the meshes; the best value of a row is marked'));
-  const head = el('tr', {}, el('th', { scope: 'col' }, 'Mesh'));
+  table.append(el('caption', { class: 'hidden' }, 'Figures of the meshes and clouds; the best value of a row is marked'));
+  const head = el('tr', {}, el('th', { scope: 'col' }, meshes.some((m) => m.figures.cloud) ? 'Mesh or cloud' : 'Mesh'));
   for (const m of meshes) head.append(el('th', { scope: 'col' }, m.title, el('small', {}, m.file)));
   table.append(el('thead', {}, head));
   const body = el('tbody');

@@ -5,7 +5,7 @@ import { STYLES, Viewer } from './viewer.js';
 
 const $ = (id) => document.getElementById(id);
 const report = JSON.parse($('report').textContent);
-const { meshes, photos } = report;
+const { meshes, clouds, photos } = report;
 const layouts = [];
 let viewer = null;
 let layout = null;
@@ -23,7 +23,7 @@ function fillTexts() {
   $('subtitle').textContent = report.workspace;
   const facts = [[count(photos.length), photos.length === 1 ? 'photo' : 'photos'], [count(meshes.length), meshes.length === 1 ? 'mesh' : 'meshes']];
   $('highlights').append(...facts.map(([value, name]) => el('div', {}, el('dt', {}, name), el('dd', {}, value))));
-  fillTable($('table'), meshes);
+  fillTable($('table'), [...meshes, ...clouds]);
   const simplified = meshes.filter((m) => m.faces_shown < m.figures.mesh.faces);
   if (simplified.length) {
     reveal('simplified', true);
