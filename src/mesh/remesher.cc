@@ -17,7 +17,7 @@ constexpr int kMaxFan = 64;
 constexpr double kMinTurnCosine = 0.9;
 // Edges are worked on by blocks of so many faces that follow each other: of a mesh that is larger
 // than memory, a part is needed at a time.
-constexpr int32_t kFacesPerBlock = 1 << 16;
+constexpr size_t kFacesPerBlock = 1 << 16;
 // Of an edge, by which its middle may be moved to a number that a file holds.
 constexpr double kMaxRoundingPart = 1e-4;
 
@@ -129,26 +129,40 @@ bool Remesher::IsLocked(const Face& face, int edge) const {
   return faces_[n].v[(CornerOf(n, b) + 2) % 3] == face.v[(edge + 2) % 3];
 }
 
+template <class Work>
+void Remesher::ForBlocks(const Work& work) {
+  const size_t count = faces_.size();  // before any work
+  for (size_t begin = 0; begin < count; begin += kFacesPerBlock) {
+    work(begin, std::min(count, begin + kFacesPerBlock));
+  }
+}
+
 size_t Remesher::SplitLargeFaces(double max_area, int max_passes) {
   size_t count = 0;
   for (int pass = 0; pass < max_passes; ++pass) {
-    std::vector<std::tuple<int32_t, double, int32_t>> large;
-    for (size_t f = 0; f < faces_.size(); ++f) {
-      if (faces_[f].deleted) continue;
-      const double area = faces_[f].density * Area(faces_[f]);
-      const auto face = static_cast<int32_t>(f);
-      if (area > max_area) large.emplace_back(face / kFacesPerBlock, -area, face);
-    }
-    std::sort(large.begin(), large.end());
     const size_t before = count;
-    for (const auto& [block, negative_area, f] : large) {
-      if (faces_[f].density * Area(faces_[f]) <= max_area) continue;
-      const int edge = LongestEdge(faces_[f]);
-      if (IsLocked(faces_[f], edge)) continue;
-      SplitEdge(f, edge);
-      ++count;
-    }
+    ForBlocks([&](size_t begin, size_t end) { count += SplitInBlock(begin, end, max_area); });
     if (count == before) break;
+  }
+  return count;
+}
+
+// Of the faces [begin, end), the largest first.
+size_t Remesher::SplitInBlock(size_t begin, size_t end, double max_area) {
+  std::vector<std::pair<double, int32_t>> large;
+  for (size_t f = begin; f < end; ++f) {
+    if (faces_[f].deleted) continue;
+    const double area = faces_[f].density * Area(faces_[f]);
+    if (area > max_area) large.emplace_back(-area, static_cast<int32_t>(f));
+  }
+  std::sort(large.begin(), large.end());
+  size_t count = 0;
+  for (const auto& [negative_area, f] : large) {
+    if (faces_[f].density * Area(faces_[f]) <= max_area) continue;
+    const int edge = LongestEdge(faces_[f]);
+    if (IsLocked(faces_[f], edge)) continue;
+    SplitEdge(f, edge);
+    ++count;
   }
   return count;
 }
@@ -275,18 +289,27 @@ bool Remesher::Fan(int32_t vertex, std::vector<int32_t>* faces) const {
 }
 
 size_t Remesher::CollapseShortEdges(double min_length, double max_deviation) {
-  std::vector<std::tuple<int32_t, double, int32_t, int>> edges;
-  for (size_t f = 0; f < faces_.size(); ++f) {
+  size_t count = 0;
+  ForBlocks([&](size_t begin, size_t end) {
+    count += CollapseInBlock(begin, end, min_length, max_deviation);
+  });
+  return count;
+}
+
+// Of the faces [begin, end), the shortest first.
+size_t Remesher::CollapseInBlock(size_t begin, size_t end, double min_length,
+                                 double max_deviation) {
+  std::vector<std::tuple<double, int32_t, int>> edges;
+  for (size_t f = begin; f < end; ++f) {
     const Face& face = faces_[f];
     for (int k = 0; k < 3 && !face.deleted && face.density > 0; ++k) {
       const double length = EdgeLength(face, k) * std::sqrt(face.density);
-      const auto face_idx = static_cast<int32_t>(f);
-      if (length < min_length) edges.emplace_back(face_idx / kFacesPerBlock, length, face_idx, k);
+      if (length < min_length) edges.emplace_back(length, static_cast<int32_t>(f), k);
     }
   }
   std::sort(edges.begin(), edges.end());
   size_t count = 0;
-  for (const auto& [block, length, f, k] : edges) {
+  for (const auto& [length, f, k] : edges) {
     if (!MayCollapse(f, k, min_length, max_deviation)) continue;
     CollapseEdge(f, k);
     ++count;

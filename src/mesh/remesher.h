@@ -62,6 +62,11 @@ class Remesher {
     bool deleted = false;
   };
 
+  // Calls work(begin, end) for the blocks of the faces that are there.
+  template <class Work>
+  void ForBlocks(const Work& work);
+  size_t SplitInBlock(size_t begin, size_t end, double max_area);
+  size_t CollapseInBlock(size_t begin, size_t end, double min_length, double max_deviation);
   // #V: whether a face that is left uses the vertex.
   std::vector<uint8_t> UsedVertices() const;
   void LinkFaces(const TriangleMesh& mesh);
