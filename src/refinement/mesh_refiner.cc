@@ -426,9 +426,12 @@ CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images
   // Views are worked on in an order that needs few maps at once.
   constexpr int kMapsHeld = 4;
   const double num_maps = std::min(scene.num_views(), kMapsHeld + context.num_threads());
+  // With the mesh that is simplified.
+  constexpr double kSimplificationBytes = 355;
+  const double simplification = options.simplify_tolerance > 0 ? kSimplificationBytes * faces : 0;
   cost.peak_bytes = static_cast<size_t>(
-      std::max(AdaptationBytes(input_faces, faces),
-               StepBytes(faces, pixels_held, largest, num_maps, context.num_threads())));
+      std::max({AdaptationBytes(input_faces, faces), simplification,
+                StepBytes(faces, pixels_held, largest, num_maps, context.num_threads())}));
   return cost;
 }
 
@@ -443,7 +446,7 @@ size_t LeastRefinementBytes(const ImageStore& images, size_t needed_bytes, int n
   constexpr size_t kPlanes = 3 + 2 * 6, kPlaneBytes = 4;
   const size_t of_thread = kPlanes * std::min(kPlaneBytes * largest, kMinScratchBlock);
   // Where less of the mesh is in memory, it comes and goes too often.
-  constexpr size_t kLeastMesh = 128 << 20, kLeastShare = 8;
+  constexpr size_t kLeastMesh = 96 << 20, kLeastShare = 8;
   return static_cast<size_t>(num_threads) * of_thread +
          std::max(kLeastMesh, needed_bytes / kLeastShare);
 }
