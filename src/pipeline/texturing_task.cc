@@ -13,7 +13,7 @@ namespace lsmvs {
 
 namespace {
 
-constexpr const char* kTexturingVersion = "2";
+constexpr const char* kTexturingVersion = "3";
 
 // The first has the name that COLMAP gives its only one.
 std::filesystem::path PagePath(const std::filesystem::path& mesh, int page_idx) {
