@@ -18,9 +18,14 @@ using internal::FirstCenterFrom;
 // Faces are clipped at this part of their farthest vertex' depth.
 constexpr double kNearPart = 1e-5;
 
-struct ProjectedVertex {
+struct CornerInCamera {
   Eigen::Vector3d x_in_cam;
   Eigen::Vector2d x_px;  // meaningless behind the camera
+};
+
+// Image coordinates, and 1 / depth; 0 behind the camera.
+struct ProjectedVertex {
+  double x, y, inverse_depth;
 };
 
 // The first pixel centre that is not before a vertex, to the right and below, within the image;
@@ -48,7 +53,16 @@ class Rasterizer {
     maps_.face.pixels.assign(size, -1);
   }
 
-  void DrawFace(int face_idx, const std::array<ProjectedVertex, 3>& corners) {
+  // A face that lies well before the camera.
+  void DrawFace(int face_idx, const ProjectedVertex& a, const ProjectedVertex& b,
+                const ProjectedVertex& c) {
+    InverseDepth plane;
+    if (!FindPlane(a, b, c, &plane)) return;
+    DrawTriangle(face_idx, plane, {Eigen::Vector2d(a.x, a.y), {b.x, b.y}, {c.x, c.y}});
+  }
+
+  // Any face.
+  void DrawFace(int face_idx, const std::array<CornerInCamera, 3>& corners) {
     const auto [nearest, farthest] =
         std::minmax({corners[0].x_in_cam.z(), corners[1].x_in_cam.z(), corners[2].x_in_cam.z()});
     if (!(farthest > 0)) return;
@@ -71,8 +85,23 @@ class Rasterizer {
   }
 
  private:
-  // False where the face is seen edge-on, or from behind if those are left out.
-  bool FindPlane(const std::array<ProjectedVertex, 3>& corners, InverseDepth* plane) const {
+  // False where the face is seen edge-on, or from behind if those are left out. Inverse depth is an
+  // affine function of image coordinates.
+  bool FindPlane(const ProjectedVertex& a, const ProjectedVertex& b, const ProjectedVertex& c,
+                 InverseDepth* plane) const {
+    const double bx = b.x - a.x, by = b.y - a.y, cx = c.x - a.x, cy = c.y - a.y;
+    const double twice_area = bx * cy - cx * by;
+    if (twice_area == 0 || (options_.cull_back_faces && twice_area > 0)) return false;
+    const double inverse_area = 1.0 / twice_area;
+    const double bw = b.inverse_depth - a.inverse_depth, cw = c.inverse_depth - a.inverse_depth;
+    plane->per_column = (bw * cy - cw * by) * inverse_area;
+    plane->per_row = (bx * cw - cx * bw) * inverse_area;
+    plane->at_origin = a.inverse_depth - plane->per_column * a.x - plane->per_row * a.y;
+    plane->min = std::min({a.inverse_depth, b.inverse_depth, c.inverse_depth});
+    plane->max = std::max({a.inverse_depth, b.inverse_depth, c.inverse_depth});
+    return std::isfinite(plane->at_origin);
+  }
+  bool FindPlane(const std::array<CornerInCamera, 3>& corners, InverseDepth* plane) const {
     const Eigen::Vector3d& a = corners[0].x_in_cam;
     const Eigen::Vector3d normal = (corners[1].x_in_cam - a).cross(corners[2].x_in_cam - a);
     const double distance = normal.dot(a);
@@ -85,7 +114,7 @@ class Rasterizer {
   }
 
   void DrawClipped(int face_idx, const InverseDepth& plane,
-                   const std::array<ProjectedVertex, 3>& corners, double near_depth) {
+                   const std::array<CornerInCamera, 3>& corners, double near_depth) {
     std::array<Eigen::Vector2d, 4> polygon;
     size_t size = 0;
     for (size_t k = 0; k < 3; ++k) {
@@ -130,24 +159,35 @@ class Rasterizer {
   SurfaceMaps& maps_;
 };
 
-ProjectedVertex Project(const PinholeCamera& camera, const Eigen::Vector3d& x_in_cam) {
-  return {x_in_cam, camera.Project(x_in_cam)};
-}
-
-std::vector<FirstCenter> FindFirstCenters(const PinholeCamera& camera, const Rigid3& cam_from_world,
-                                          std::span<const Eigen::Vector3d> vertices) {
+// What is needed of every vertex, by index: where the faces that cover no centre can be told from
+// the others, and what drawing those takes.
+struct ProjectedVertices {
   std::vector<FirstCenter> centers;
-  centers.reserve(vertices.size());
-  for (const Eigen::Vector3d& x : vertices) {
-    const ProjectedVertex v = Project(camera, cam_from_world * x);
-    if (v.x_in_cam.z() > 0) {
-      centers.push_back(
-          {FirstCenterFrom(v.x_px.x(), camera.width), FirstCenterFrom(v.x_px.y(), camera.height)});
-    } else {
-      centers.push_back({kBehind, kBehind});
+  std::vector<ProjectedVertex> vertices;
+
+  ProjectedVertices(const PinholeCamera& camera, const Rigid3& cam_from_world,
+                    std::span<const Eigen::Vector3d> vertices_in_world)
+      : centers(vertices_in_world.size()), vertices(vertices_in_world.size()) {
+    for (size_t v = 0; v < vertices_in_world.size(); ++v) {
+      const Eigen::Vector3d x = cam_from_world * vertices_in_world[v];
+      if (!(x.z() > 0)) {
+        centers[v] = {kBehind, kBehind};
+        vertices[v] = {0, 0, 0};
+        continue;
+      }
+      const double inverse = 1.0 / x.z();
+      vertices[v] = {camera.fx * (x.x() * inverse) + camera.cx,
+                     camera.fy * (x.y() * inverse) + camera.cy, inverse};
+      centers[v] = {FirstCenterFrom(vertices[v].x, camera.width),
+                    FirstCenterFrom(vertices[v].y, camera.height)};
     }
   }
-  return centers;
+};
+
+// Whether no corner lies behind the camera or so near that the face must be clipped.
+bool IsWellBefore(const ProjectedVertex& a, const ProjectedVertex& b, const ProjectedVertex& c) {
+  const double nearest = std::max({a.inverse_depth, b.inverse_depth, c.inverse_depth});
+  return std::min({a.inverse_depth, b.inverse_depth, c.inverse_depth}) > kNearPart * nearest;
 }
 
 // Most faces of a fine mesh: too small, outside of the image or behind.
@@ -161,14 +201,23 @@ void RasterizeMesh(const PinholeCamera& camera, const Rigid3& cam_from_world,
                    std::span<const Eigen::Vector3d> vertices,
                    std::span<const Eigen::Vector3i> faces, const RasterizerOptions& options,
                    SurfaceMaps* maps) {
-  const std::vector<FirstCenter> centers = FindFirstCenters(camera, cam_from_world, vertices);
+  const ProjectedVertices projected(camera, cam_from_world, vertices);
   Rasterizer rasterizer(camera, options, maps);
   for (size_t f = 0; f < faces.size(); ++f) {
     const auto a = static_cast<size_t>(faces[f][0]), b = static_cast<size_t>(faces[f][1]),
                c = static_cast<size_t>(faces[f][2]);
-    if (CoversNoCenter(centers[a], centers[b], centers[c])) continue;
-    const auto project = [&](size_t v) { return Project(camera, cam_from_world * vertices[v]); };
-    rasterizer.DrawFace(static_cast<int>(f), {project(a), project(b), project(c)});
+    if (CoversNoCenter(projected.centers[a], projected.centers[b], projected.centers[c])) continue;
+    const ProjectedVertex &p = projected.vertices[a], &q = projected.vertices[b],
+                          &r = projected.vertices[c];
+    if (IsWellBefore(p, q, r)) {
+      rasterizer.DrawFace(static_cast<int>(f), p, q, r);
+      continue;
+    }
+    const auto corner = [&](size_t v) -> CornerInCamera {
+      const Eigen::Vector3d x = cam_from_world * vertices[v];
+      return {x, camera.Project(x)};
+    };
+    rasterizer.DrawFace(static_cast<int>(f), {corner(a), corner(b), corner(c)});
   }
   rasterizer.Finish();
 }

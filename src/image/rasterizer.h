@@ -26,7 +26,7 @@ struct RasterizerOptions {
 // neighbours neither overlap nor leave a gap. Of several faces the nearest wins, of equally near
 // ones the lowest index. Depth is that of the face's plane (perspective correct). Parts of faces
 // behind the camera are clipped. `maps` is resized to the camera's image; its memory is reused.
-// Runs on the calling thread. O(#V + #F + pixels); 8 bytes a vertex of scratch.
+// Runs on the calling thread. O(#V + #F + pixels); 32 bytes a vertex of scratch.
 void RasterizeMesh(const PinholeCamera& camera, const Rigid3& cam_from_world,
                    std::span<const Eigen::Vector3d> vertices,
                    std::span<const Eigen::Vector3i> faces, const RasterizerOptions& options,
