@@ -61,6 +61,7 @@ void BM_CorrelateWindows(benchmark::State& state) {
   CorrelationScratch scratch;
   CorrelationOptions options;
   options.radius = radius;
+  tile.FindSpans(radius);
   for (auto _ : state) {
     CorrelateWindows(options, &scratch, &tile);
     benchmark::DoNotOptimize(tile.derivative.data());
