@@ -18,9 +18,14 @@ using internal::FirstCenterFrom;
 // Faces are clipped at this part of their farthest vertex' depth.
 constexpr double kNearPart = 1e-5;
 
-struct ProjectedVertex {
+struct CornerInCamera {
   Eigen::Vector3d x_in_cam;
   Eigen::Vector2d x_px;  // meaningless behind the camera
+};
+
+// Image coordinates, and 1 / depth; 0 behind the camera.
+struct ProjectedVertex {
+  double x, y, inverse_depth;
 };
 
 // The first pixel centre that is not before a vertex, to the right and below, within the image;
@@ -48,7 +53,16 @@ class Rasterizer {
     maps_.face.pixels.assign(size, -1);
   }
 
-  void DrawFace(int face_idx, const std::array<ProjectedVertex, 3>& corners) {
+  // A face that lies well before the camera.
+  void DrawFace(int face_idx, const ProjectedVertex& a, const ProjectedVertex& b,
+                const ProjectedVertex& c) {
+    InverseDepth plane;
+    if (!FindPlane(a, b, c, &plane)) return;
+    DrawTriangle(face_idx, plane, {Eigen::Vector2d(a.x, a.y), {b.x, b.y}, {c.x, c.y}});
+  }
+
+  // Any face.
+  void DrawFace(int face_idx, const std::array<CornerInCamera, 3>& corners) {
     const auto [nearest, farthest] =
         std::minmax({corners[0].x_in_cam.z(), corners[1].x_in_cam.z(), corners[2].x_in_cam.z()});
     if (!(farthest > 0)) return;
@@ -71,8 +85,23 @@ class Rasterizer {
   }
 
  private:
-  // False where the face is seen edge-on, or from behind if those are left out.
-  bool FindPlane(const std::array<ProjectedVertex, 3>& corners, InverseDepth* plane) const {
+  // False where the face is seen edge-on, or from behind if those are left out. Inverse depth is an
+  // affine function of image coordinates.
+  bool FindPlane(const ProjectedVertex& a, const ProjectedVertex& b, const ProjectedVertex& c,
+                 InverseDepth* plane) const {
+    const double bx = b.x - a.x, by = b.y - a.y, cx = c.x - a.x, cy = c.y - a.y;
+    const double twice_area = bx * cy - cx * by;
+    if (twice_area == 0 || (options_.cull_back_faces && twice_area > 0)) return false;
+    const double inverse_area = 1.0 / twice_area;
+    const double bw = b.inverse_depth - a.inverse_depth, cw = c.inverse_depth - a.inverse_depth;
+    plane->per_column = (bw * cy - cw * by) * inverse_area;
+    plane->per_row = (bx * cw - cx * bw) * inverse_area;
+    plane->at_origin = a.inverse_depth - plane->per_column * a.x - plane->per_row * a.y;
+    plane->min = std::min({a.inverse_depth, b.inverse_depth, c.inverse_depth});
+    plane->max = std::max({a.inverse_depth, b.inverse_depth, c.inverse_depth});
+    return std::isfinite(plane->at_origin);
+  }
+  bool FindPlane(const std::array<CornerInCamera, 3>& corners, InverseDepth* plane) const {
     const Eigen::Vector3d& a = corners[0].x_in_cam;
     const Eigen::Vector3d normal = (corners[1].x_in_cam - a).cross(corners[2].x_in_cam - a);
     const double distance = normal.dot(a);
@@ -85,7 +114,7 @@ class Rasterizer {
   }
 
   void DrawClipped(int face_idx, const InverseDepth& plane,
-                   const std::array<ProjectedVertex, 3>& corners, double near_depth) {
+                   const std::array<CornerInCamera, 3>& corners, double near_depth) {
     std::array<Eigen::Vector2d, 4> polygon;
     size_t size = 0;
     for (size_t k = 0; k < 3; ++k) {
@@ -130,35 +159,40 @@ class Rasterizer {
   SurfaceMaps& maps_;
 };
 
-ProjectedVertex Project(const PinholeCamera& camera, const Eigen::Vector3d& x_in_cam) {
-  return {x_in_cam, camera.Project(x_in_cam)};
-}
+// What drawing a face takes of a vertex: where it lies, and the first centre, by which the faces
+// that cover none can be told from the others.
+struct DrawnVertex {
+  ProjectedVertex projected;
+  FirstCenter center;
+};
 
-// First centres of the vertices that were asked for last: neighbouring faces share them.
-class FirstCenterCache {
+// The vertices that were asked for last: neighbouring faces share them.
+class DrawnVertices {
  public:
-  FirstCenterCache(const PinholeCamera& camera, const Rigid3& cam_from_world,
-                   std::span<const Eigen::Vector3d> vertices)
+  DrawnVertices(const PinholeCamera& camera, const Rigid3& cam_from_world,
+                std::span<const Eigen::Vector3d> vertices)
       : camera_(camera), cam_from_world_(cam_from_world), vertices_(vertices), entries_(kSize) {}
 
-  FirstCenter Of(int32_t vertex) {
+  DrawnVertex Of(int32_t vertex) {
     Entry& entry = entries_[static_cast<size_t>(vertex) % kSize];
-    if (entry.vertex != vertex) entry = {vertex, Find(static_cast<size_t>(vertex))};
-    return entry.center;
+    if (entry.vertex != vertex) entry = {vertex, Project(static_cast<size_t>(vertex))};
+    return entry.drawn;
   }
 
  private:
-  static constexpr size_t kSize = 8192;
+  static constexpr size_t kSize = 4096;
   struct Entry {
     int32_t vertex = -1;
-    FirstCenter center;
+    DrawnVertex drawn;
   };
 
-  FirstCenter Find(size_t vertex) const {
-    const ProjectedVertex v = Project(camera_, cam_from_world_ * vertices_[vertex]);
-    if (!(v.x_in_cam.z() > 0)) return {kBehind, kBehind};
-    return {FirstCenterFrom(v.x_px.x(), camera_.width),
-            FirstCenterFrom(v.x_px.y(), camera_.height)};
+  DrawnVertex Project(size_t vertex) const {
+    const Eigen::Vector3d x = cam_from_world_ * vertices_[vertex];
+    if (!(x.z() > 0)) return {{0, 0, 0}, {kBehind, kBehind}};
+    const double inverse = 1.0 / x.z();
+    const ProjectedVertex p = {camera_.fx * (x.x() * inverse) + camera_.cx,
+                               camera_.fy * (x.y() * inverse) + camera_.cy, inverse};
+    return {p, {FirstCenterFrom(p.x, camera_.width), FirstCenterFrom(p.y, camera_.height)}};
   }
 
   const PinholeCamera& camera_;
@@ -166,6 +200,12 @@ class FirstCenterCache {
   std::span<const Eigen::Vector3d> vertices_;
   std::vector<Entry> entries_;
 };
+
+// Whether no corner lies behind the camera or so near that the face must be clipped.
+bool IsWellBefore(const ProjectedVertex& a, const ProjectedVertex& b, const ProjectedVertex& c) {
+  const double nearest = std::max({a.inverse_depth, b.inverse_depth, c.inverse_depth});
+  return std::min({a.inverse_depth, b.inverse_depth, c.inverse_depth}) > kNearPart * nearest;
+}
 
 // Most faces of a fine mesh: too small, outside of the image or behind.
 bool CoversNoCenter(const FirstCenter& a, const FirstCenter& b, const FirstCenter& c) {
@@ -178,17 +218,23 @@ void RasterizeMesh(const PinholeCamera& camera, const Rigid3& cam_from_world,
                    std::span<const Eigen::Vector3d> vertices,
                    std::span<const Eigen::Vector3i> faces, const RasterizerOptions& options,
                    SurfaceMaps* maps) {
-  FirstCenterCache centers(camera, cam_from_world, vertices);
+  DrawnVertices drawn(camera, cam_from_world, vertices);
   Rasterizer rasterizer(camera, options, maps);
-  const auto project = [&](int v) {
-    return Project(camera, cam_from_world * vertices[static_cast<size_t>(v)]);
+  const auto corner = [&](int v) -> CornerInCamera {
+    const Eigen::Vector3d x = cam_from_world * vertices[static_cast<size_t>(v)];
+    return {x, camera.Project(x)};
   };
   const auto draw = [&](size_t begin, size_t end) {
     for (size_t f = begin; f < end; ++f) {
       const Eigen::Vector3i& face = faces[f];
-      if (CoversNoCenter(centers.Of(face[0]), centers.Of(face[1]), centers.Of(face[2]))) continue;
-      rasterizer.DrawFace(static_cast<int>(f),
-                          {project(face[0]), project(face[1]), project(face[2])});
+      const DrawnVertex a = drawn.Of(face[0]), b = drawn.Of(face[1]), c = drawn.Of(face[2]);
+      if (CoversNoCenter(a.center, b.center, c.center)) continue;
+      if (IsWellBefore(a.projected, b.projected, c.projected)) {
+        rasterizer.DrawFace(static_cast<int>(f), a.projected, b.projected, c.projected);
+      } else {
+        rasterizer.DrawFace(static_cast<int>(f),
+                            {corner(face[0]), corner(face[1]), corner(face[2])});
+      }
     }
   };
   if (options.blocks == nullptr) {

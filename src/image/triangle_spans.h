@@ -16,6 +16,15 @@ inline int FirstCenterFrom(double coordinate, int size) {
   return std::max(0, below + (below < clamped));
 }
 
+// Swaps the points unless the first lies above, or to the left at the same height. Without
+// branches, whose outcome nobody could predict.
+inline void SortFromTop(Eigen::Vector2d* a, Eigen::Vector2d* b) {
+  const bool swaps = (b->y() < a->y()) | ((b->y() == a->y()) & (b->x() < a->x()));
+  const Eigen::Vector2d first = *a, second = *b;
+  *a = {swaps ? second.x() : first.x(), swaps ? second.y() : first.y()};
+  *b = {swaps ? first.x() : second.x(), swaps ? first.y() : second.y()};
+}
+
 // Where an edge crosses horizontal lines; `upper` and `lower` in an order that does not depend on
 // the face, so that both faces at the edge compute the same numbers.
 struct SpanEdge {
@@ -36,12 +45,9 @@ template <class Visit>
 void ForTriangleSpans(std::array<Eigen::Vector2d, 3> p, int width, int height, const Visit& visit) {
   using internal::FirstCenterFrom;
   // From top to bottom; of equally high ones from left to right.
-  const auto above = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    return a.y() != b.y() ? a.y() < b.y() : a.x() < b.x();
-  };
-  if (above(p[1], p[0])) std::swap(p[0], p[1]);
-  if (above(p[2], p[1])) std::swap(p[1], p[2]);
-  if (above(p[1], p[0])) std::swap(p[0], p[1]);
+  internal::SortFromTop(&p[0], &p[1]);
+  internal::SortFromTop(&p[1], &p[2]);
+  internal::SortFromTop(&p[0], &p[1]);
   const internal::SpanEdge edge_long(p[0], p[2]), edge_upper(p[0], p[1]), edge_lower(p[1], p[2]);
   const int first_row = FirstCenterFrom(p[0].y(), height);
   const int end_row = FirstCenterFrom(p[2].y(), height);

@@ -3,10 +3,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <numeric>
 #include <span>
+#include <utility>
 
 #include "lsmvs/image/face_blocks.h"
 #include "lsmvs/refinement/surface_map_cache.h"
@@ -57,16 +59,18 @@ class Selector {
         used_(used),
         options_(options),
         coarse_(Reduced(views)),
-        depths_(&coarse_, mesh.vertices, mesh.faces, options.map_budget_bytes, false, context) {}
+        depths_(&coarse_, mesh.vertices, mesh.faces, options.map_budget_bytes, false, context) {
+    FindReversed();
+  }
 
   // Chooses for the faces of one region.
   void SelectFor(std::span<const int32_t> faces, FacePairs* result) {
     const Surroundings near = FindSurroundings(faces);
     std::vector<std::vector<Ranked>> rankings;
-    std::vector<Sighting> sightings(views_.size());
+    Scratch scratch{std::vector<Sighting>(views_.size()), std::vector<double>(candidates_.size())};
     std::vector<double> totals(candidates_.size(), 0.0);
     for (const int32_t face : faces) {
-      rankings.push_back(RankFor(static_cast<size_t>(face), near, &sightings, result));
+      rankings.push_back(RankFor(static_cast<size_t>(face), near, &scratch, result));
       for (const Ranked& ranked : rankings.back()) {
         totals[static_cast<size_t>(ranked.pair)] += ranked.score;
       }
@@ -88,6 +92,23 @@ class Selector {
     int pair;
     double pixel_size;
   };
+
+  // Of one face: by view, and by candidate.
+  struct Scratch {
+    std::vector<Sighting> sightings;
+    std::vector<double> scores;
+  };
+
+  // A pair and its reverse score alike: the second takes the score of the first.
+  void FindReversed() {
+    std::map<std::pair<int, int>, int> places;
+    for (size_t p = 0; p < candidates_.size(); ++p) {
+      const ViewPair& pair = candidates_[p];
+      const auto found = places.find({pair.j, pair.i});
+      reversed_.push_back(found == places.end() ? -1 : found->second);
+      places.emplace(std::pair(pair.i, pair.j), static_cast<int>(p));
+    }
+  }
 
   Surroundings FindSurroundings(std::span<const int32_t> faces) {
     Eigen::AlignedBox3d box;
@@ -187,23 +208,27 @@ class Selector {
   }
 
   // The pairs that see a face; notes its area.
-  std::vector<Ranked> RankFor(size_t face, const Surroundings& near,
-                              std::vector<Sighting>* sightings, FacePairs* result) const {
+  std::vector<Ranked> RankFor(size_t face, const Surroundings& near, Scratch* scratch,
+                              FacePairs* result) const {
     const Eigen::Vector3i& f = mesh_.faces[face];
     const Eigen::Vector3d center =
         (mesh_.vertices[f[0]] + mesh_.vertices[f[1]] + mesh_.vertices[f[2]]) / 3.0;
     const Eigen::Vector3d normal_area = FaceNormalTimesTwiceArea(mesh_, face);
+    std::vector<Sighting>& sightings = scratch->sightings;
     for (size_t k = 0; k < near.views.size(); ++k) {
       const size_t v = near.views[k];
-      (*sightings)[v] = Look(v, *near.depths[k], center, normal_area);
+      sightings[v] = Look(v, *near.depths[k], center, normal_area);
     }
     std::vector<Ranked> ranked;
     double best_area = 0;
     for (const size_t p : near.pairs) {
-      const Sighting& a = (*sightings)[static_cast<size_t>(candidates_[p].i)];
-      const Sighting& b = (*sightings)[static_cast<size_t>(candidates_[p].j)];
+      const Sighting& a = sightings[static_cast<size_t>(candidates_[p].i)];
+      const Sighting& b = sightings[static_cast<size_t>(candidates_[p].j)];
       if (!a.seen || !b.seen) continue;
-      const double score = Score(a, b);
+      const int reversed = reversed_[p];
+      const double score =
+          reversed < 0 ? Score(a, b) : scratch->scores[static_cast<size_t>(reversed)];
+      scratch->scores[p] = score;
       if (score <= 0) continue;
       ranked.push_back({score, static_cast<int>(p), 0.5 * (a.pixel_size + b.pixel_size)});
       best_area = std::max(best_area, std::min(a.area_px, b.area_px));
@@ -239,6 +264,7 @@ class Selector {
   const TriangleMesh& mesh_;
   const FacePairs* used_;  // or null
   const PairSelectionOptions& options_;
+  std::vector<int> reversed_;  // by candidate: an earlier one of the same views, or -1
   const std::vector<LevelView> coarse_;
   SurfaceMapCache depths_;  // of coarse_
 };

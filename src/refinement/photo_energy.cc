@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <functional>
+#include <mutex>
 #include <numeric>
 
 #include "lsmvs/refinement/surface_map_cache.h"
@@ -62,12 +64,15 @@ class ViewEvaluator {
         pairs_(pairs),
         active_(active),
         options_(options),
-        cache_(*cache) {}
+        cache_(*cache) {
+    correlation_.derivatives = !directions.empty();
+  }
 
   ViewContribution Evaluate(int view_idx) {
     view_idx_ = view_idx;
     FindSlots();
     ViewContribution result = EvaluateSlots();
+    LetGo();
     for (int slot = 0; slot < num_slots_; ++slot) cache_.EndUse(OtherView(slot));
     cache_.EndUse(view_idx);
     return result;
@@ -83,6 +88,14 @@ class ViewEvaluator {
            pairs_.pairs[static_cast<size_t>(first_pair_ + num_slots_)].i == view_idx_) {
       ++num_slots_;
     }
+  }
+
+  // Of maps and photos.
+  void LetGo() {
+    maps_ = {};
+    gray_.reset();
+    mask_.reset();
+    neighbors_.clear();
   }
 
   int OtherView(int slot) const { return pairs_.pairs[static_cast<size_t>(first_pair_ + slot)].j; }
@@ -157,11 +170,12 @@ class ViewEvaluator {
 
   void EvaluateTile(const Rectangle& tile) {
     const PinholeCamera& camera = View().camera;
-    const int radius = options_.correlation.radius;
-    // Pixels of the tile lie in windows of judged pixels up to a radius away, which reach a radius
-    // further.
-    FindMasks(Grown(tile, 2 * radius, camera));
-    FindJudgedParts(Grown(tile, radius, camera));
+    const int radius = correlation_.radius;
+    // For the derivatives: pixels of the tile lie in windows of judged pixels up to a radius away,
+    // which reach a radius further.
+    const int margin = correlation_.derivatives ? radius : 0;
+    FindMasks(Grown(tile, margin + radius, camera));
+    FindJudgedParts(Grown(tile, margin, camera));
     const size_t size = static_cast<size_t>(tile.Width()) * static_cast<size_t>(tile.Height());
     for (auto* plane : {&error_, &mass_, &slope_, &curvature_}) plane->assign(size, 0.0f);
     bool any = false;
@@ -169,10 +183,10 @@ class ViewEvaluator {
       const Rectangle& judged = neighbors_[static_cast<size_t>(slot)].judged;
       if (judged.Empty()) continue;
       any = true;
-      const Rectangle part = Intersection(Grown(judged, radius, camera), tile);
-      const Rectangle area = Grown(part, 2 * radius, camera);
+      const Rectangle part = Intersection(Grown(judged, margin, camera), tile);
+      const Rectangle area = Grown(part, margin + radius, camera);
       FillTile(area, slot);
-      CorrelateWindows(options_.correlation, &scratch_, &tile_);
+      CorrelateWindows(correlation_, &scratch_, &tile_);
       AddPlanes(tile, part, area);
     }
     if (any) AddToFaces(tile);
@@ -223,39 +237,57 @@ class ViewEvaluator {
     const Slot& neighbor = neighbors_[static_cast<size_t>(slot)];
     tile_.Resize(area.Width(), area.Height());
     by_depth_.resize(std::max(by_depth_.size(), tile_.warped.size()));
+    FillWeights(area, slot);
+    tile_.FindSpans(correlation_.radius);
     const float tolerance = static_cast<float>(options_.depth_tolerance);
     for (int row = area.top; row < area.bottom; ++row) {
-      const size_t start = static_cast<size_t>(row - area.top) * static_cast<size_t>(area.Width());
-      const float* gray = gray_->Row(row) + area.left;
-      std::copy(gray, gray + area.Width(), &tile_.reference[start]);
-      WarpRow(neighbor.geometry, *neighbor.gray, *neighbor.depth, tolerance, row, area.left,
-              area.Width(), maps_.depth->Row(row) + area.left,
+      const ColumnSpan& span = tile_.reached[static_cast<size_t>(row - area.top)];
+      if (span.Empty()) continue;
+      const int left = area.left + span.begin, count = span.end - span.begin;
+      const size_t start = TileIndex(area, row, left);
+      const float* gray = gray_->Row(row) + left;
+      std::copy(gray, gray + count, &tile_.reference[start]);
+      WarpRow(neighbor.geometry, *neighbor.gray, *neighbor.depth, tolerance, row, left, count,
+              maps_.depth->Row(row) + left,
               {&tile_.warped[start], &by_depth_[start], &tile_.valid[start]});
-      const uint32_t* masks = MaskRow(row, area.left);
-      for (int x = 0; x < area.Width(); ++x) {
-        tile_.weight[start + static_cast<size_t>(x)] = static_cast<float>(masks[x] >> slot & 1);
-      }
-      if (mask_) ApplyMask(row, area, start);
+      if (mask_) ApplyMask(mask_->Row(row) + left, count, &tile_.valid[start]);
     }
   }
 
-  void ApplyMask(int row, const Rectangle& area, size_t start) {
-    const uint8_t* mask = mask_->Row(row) + area.left;
-    for (int x = 0; x < area.Width(); ++x) {
-      if (mask[x] == 0) tile_.valid[start + static_cast<size_t>(x)] = 0.0f;
+  // Position of a pixel in planes of a rectangle.
+  static size_t TileIndex(const Rectangle& area, int row, int column) {
+    return static_cast<size_t>(row - area.top) * static_cast<size_t>(area.Width()) +
+           static_cast<size_t>(column - area.left);
+  }
+
+  void FillWeights(const Rectangle& area, int slot) {
+    for (int row = area.top; row < area.bottom; ++row) {
+      const uint32_t* masks = MaskRow(row, area.left);
+      float* weights = &tile_.weight[TileIndex(area, row, area.left)];
+      for (int x = 0; x < area.Width(); ++x) {
+        weights[x] = static_cast<float>(static_cast<int32_t>(masks[x] >> slot & 1));
+      }
+    }
+  }
+
+  static void ApplyMask(const uint8_t* mask, int count, float* valid) {
+    for (int x = 0; x < count; ++x) {
+      if (mask[x] == 0) valid[x] = 0.0f;
     }
   }
 
   // Adds the results of a pair, which lie in `area`, on its `part` of the tile.
   void AddPlanes(const Rectangle& tile, const Rectangle& part, const Rectangle& area) {
     for (int row = part.top; row < part.bottom; ++row) {
-      const size_t to = static_cast<size_t>(row - tile.top) * static_cast<size_t>(tile.Width()) +
-                        static_cast<size_t>(part.left - tile.left);
-      const size_t from = static_cast<size_t>(row - area.top) * static_cast<size_t>(area.Width()) +
-                          static_cast<size_t>(part.left - area.left);
-      const size_t count = static_cast<size_t>(part.Width());
+      const ColumnSpan& span = tile_.reached[static_cast<size_t>(row - area.top)];
+      const int left = std::max(part.left, area.left + span.begin);
+      const int right = std::min(part.right, area.left + span.end);
+      if (left >= right) continue;
+      const size_t to = TileIndex(tile, row, left), from = TileIndex(area, row, left);
+      const size_t count = static_cast<size_t>(right - left);
       for (size_t x = 0; x < count; ++x) error_[to + x] += tile_.error[from + x];
       for (size_t x = 0; x < count; ++x) mass_[to + x] += tile_.mass[from + x];
+      if (!correlation_.derivatives) continue;
       for (size_t x = 0; x < count; ++x) {
         const float by_depth = by_depth_[from + x];
         slope_[to + x] += tile_.derivative[from + x] * by_depth;
@@ -342,6 +374,7 @@ class ViewEvaluator {
   const std::vector<uint8_t>& active_;
   const PhotoEnergyOptions& options_;
   SurfaceMapCache& cache_;
+  CorrelationOptions correlation_ = options_.correlation;  // derivatives only where wanted
 
   int view_idx_ = 0, first_pair_ = 0, num_slots_ = 0;
   uint32_t used_slots_ = 0;
@@ -362,6 +395,30 @@ class ViewEvaluator {
   // Sums over the pairs in the present tile: of error, mass, and of the error's derivatives by
   // depth.
   std::vector<float> error_, mass_, slope_, curvature_;
+};
+
+// Evaluators that are at rest: as many as threads work at once keep their memory between views.
+class EvaluatorPool {
+ public:
+  explicit EvaluatorPool(std::function<std::unique_ptr<ViewEvaluator>()> make)
+      : make_(std::move(make)) {}
+
+  std::unique_ptr<ViewEvaluator> Take() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (resting_.empty()) return make_();
+    std::unique_ptr<ViewEvaluator> evaluator = std::move(resting_.back());
+    resting_.pop_back();
+    return evaluator;
+  }
+  void Return(std::unique_ptr<ViewEvaluator> evaluator) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    resting_.push_back(std::move(evaluator));
+  }
+
+ private:
+  std::function<std::unique_ptr<ViewEvaluator>()> make_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<ViewEvaluator>> resting_;
 };
 
 void Add(const TriangleMesh& mesh, const ViewContribution& view, PhotoTerms* terms) {
@@ -433,10 +490,15 @@ PhotoTerms EvaluatePhotoTerms(const ImageStore& images, const std::vector<LevelV
       [&](size_t, ViewContribution&& view) { Add(mesh, view, &terms); });
   // Handed out in order, whatever block a thread takes: no result waits long for those before it.
   std::atomic<size_t> next = 0;
+  EvaluatorPool pool([&] {
+    return std::make_unique<ViewEvaluator>(images, views, mesh, directions, pairs, active, options,
+                                           &cache);
+  });
   ParallelFor(context, order.size(), 1, [&](size_t) {
     const size_t position = next++;
-    ViewEvaluator evaluator(images, views, mesh, directions, pairs, active, options, &cache);
-    merge.Add(position, evaluator.Evaluate(order[position]));
+    std::unique_ptr<ViewEvaluator> evaluator = pool.Take();
+    merge.Add(position, evaluator->Evaluate(order[position]));
+    pool.Return(std::move(evaluator));
   });
   return terms;
 }

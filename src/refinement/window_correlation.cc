@@ -41,11 +41,13 @@ class RowRing {
   int num_planes_, num_rows_, stride_;
 };
 
-// out[x] = sum of in[x - radius .. x + radius]; `in` is readable that far on both sides.
-void BoxRow(const float* HWY_RESTRICT in, int width, int radius, float* HWY_RESTRICT out) {
+// out[x] = sum of in[x - radius .. x + radius]; `in` is readable that far on both sides. Whole
+// vectors are written: up to a vector beyond the span's end.
+void BoxRow(const float* HWY_RESTRICT in, const ColumnSpan& span, int radius,
+            float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
-  for (int x = 0; x < width; x += lanes) {
+  for (int x = span.begin; x < span.end; x += lanes) {
     auto sum = hn::LoadU(d, in + x - radius);
     for (int k = 1 - radius; k <= radius; ++k) sum = hn::Add(sum, hn::LoadU(d, in + x + k));
     hn::StoreU(sum, d, out + x);
@@ -53,13 +55,14 @@ void BoxRow(const float* HWY_RESTRICT in, int width, int radius, float* HWY_REST
 }
 
 // out[x] = sum over the window's rows of plane `plane` around `row`.
-void SumRows(RowRing* ring, int plane, int row, int radius, int width, float* HWY_RESTRICT out) {
+void SumRows(RowRing* ring, int plane, int row, int radius, const ColumnSpan& span,
+             float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const float* rows[2 * kMaxRadius + 1];
   const int count = 2 * radius + 1;
   for (int k = 0; k < count; ++k) rows[k] = ring->Row(plane, row - radius + k);
-  for (int x = 0; x < width; x += lanes) {
+  for (int x = span.begin; x < span.end; x += lanes) {
     auto sum = hn::LoadU(d, rows[0] + x);
     for (int k = 1; k < count; ++k) sum = hn::Add(sum, hn::LoadU(d, rows[k] + x));
     hn::StoreU(sum, d, out + x);
@@ -80,6 +83,7 @@ class Correlator {
         sums_(products_ + static_cast<ptrdiff_t>(kNumForward) * stride_) {}
 
   void Run() {
+    if (!options_.derivatives) return RunForward();
     for (int row = 0; row < tile_.height + 2 * radius_; ++row) {
       PushForward(row);
       if (row >= radius_) PushBackward(row - radius_);
@@ -88,6 +92,14 @@ class Correlator {
   }
 
  private:
+  // Errors alone.
+  void RunForward() {
+    for (int row = 0; row < tile_.height + radius_; ++row) {
+      PushForward(row);
+      if (row >= radius_) Score<false>(row - radius_);
+    }
+  }
+
   float* Take(CorrelationScratch* scratch, int first_row) {
     const int total = (kNumForward + kNumBackward) * (num_rows_ + 1) + kNumForward;
     const size_t size = static_cast<size_t>(total) * static_cast<size_t>(stride_);
@@ -103,45 +115,70 @@ class Correlator {
     return static_cast<size_t>(row) * static_cast<size_t>(tile_.width);
   }
 
+  const ColumnSpan& Judged(int row) const { return tile_.judged[static_cast<size_t>(row)]; }
+  const ColumnSpan& Reached(int row) const { return tile_.reached[static_cast<size_t>(row)]; }
+
   // Row sums of the products that the windows' statistics need.
   void PushForward(int row) {
     if (row >= tile_.height) return forward_.Clear(row);
+    const ColumnSpan span = Reached(row);
+    if (span.Empty()) return;  // no window needs them
     const float* HWY_RESTRICT a = tile_.reference.data() + Start(row);
     const float* HWY_RESTRICT b = tile_.warped.data() + Start(row);
     const float* HWY_RESTRICT valid = tile_.valid.data() + Start(row);
+    float* HWY_RESTRICT pn = Product(0);
     float* HWY_RESTRICT pa = Product(1);
     float* HWY_RESTRICT pb = Product(2);
     float* HWY_RESTRICT paa = Product(3);
     float* HWY_RESTRICT pbb = Product(4);
     float* HWY_RESTRICT pab = Product(5);
-    std::copy(valid, valid + tile_.width, Product(0));
-    for (int x = 0; x < tile_.width; ++x) {
+    for (int x = span.begin; x < span.end; ++x) {
       // Around mid grey, so that the squares keep their digits.
       const float va = (a[x] - 128.0f) * valid[x], vb = (b[x] - 128.0f) * valid[x];
+      pn[x] = valid[x];
       pa[x] = va;
       pb[x] = vb;
       paa[x] = va * va;
       pbb[x] = vb * vb;
       pab[x] = va * vb;
     }
+    // Windows are judged a radius further inside, but for where the tile cuts them.
+    const ColumnSpan judged = {span.begin > 0 ? span.begin + radius_ : 0,
+                               span.end < tile_.width ? span.end - radius_ : tile_.width};
     for (int plane = 0; plane < kNumForward; ++plane) {
-      BoxRow(Product(plane), tile_.width, radius_, forward_.Row(plane, row));
+      BoxRow(Product(plane), judged, radius_, forward_.Row(plane, row));
     }
   }
 
   // Correlation of the windows of a row, and row sums of what their derivatives need.
   void PushBackward(int row) {
-    if (row >= tile_.height) return backward_.Clear(row);
-    for (int plane = 0; plane < kNumForward; ++plane) {
-      SumRows(&forward_, plane, row, radius_, tile_.width, Sum(plane));
-    }
-    Score(row);
+    backward_.Clear(row);
+    if (row >= tile_.height) return;
     for (int plane = 0; plane < kNumBackward; ++plane) {
-      BoxRow(Product(plane), tile_.width, radius_, backward_.Row(plane, row));
+      std::fill(Product(plane), Product(plane) + tile_.width, 0.0f);
+    }
+    Score<true>(row);
+    const ColumnSpan& judged = Judged(row);
+    if (judged.Empty()) return;
+    const ColumnSpan near = {std::max(0, judged.begin - radius_),
+                             std::min(tile_.width, judged.end + radius_)};
+    for (int plane = 0; plane < kNumBackward; ++plane) {
+      BoxRow(Product(plane), near, radius_, backward_.Row(plane, row));
     }
   }
 
+  // With kDerivatives also what the derivatives need, in the products.
+  template <bool kDerivatives>
   void Score(int row) {
+    const ColumnSpan span = Judged(row);
+    float* HWY_RESTRICT error = tile_.error.data() + Start(row);
+    float* HWY_RESTRICT mass = tile_.mass.data() + Start(row);
+    std::fill(error, error + tile_.width, 0.0f);
+    std::fill(mass, mass + tile_.width, 0.0f);
+    if (span.Empty()) return;
+    for (int plane = 0; plane < kNumForward; ++plane) {
+      SumRows(&forward_, plane, row, radius_, span, Sum(plane));
+    }
     const float* HWY_RESTRICT n = Sum(0);
     const float* HWY_RESTRICT sa = Sum(1);
     const float* HWY_RESTRICT sb = Sum(2);
@@ -150,15 +187,13 @@ class Correlator {
     const float* HWY_RESTRICT sab = Sum(5);
     const float* HWY_RESTRICT weight = tile_.weight.data() + Start(row);
     const float* HWY_RESTRICT valid = tile_.valid.data() + Start(row);
-    float* HWY_RESTRICT error = tile_.error.data() + Start(row);
-    float* HWY_RESTRICT mass = tile_.mass.data() + Start(row);
     float* HWY_RESTRICT alpha = Product(0);
     float* HWY_RESTRICT beta = Product(1);
     float* HWY_RESTRICT gamma = Product(2);
     float* HWY_RESTRICT kappa = Product(3);
     const float min_valid = options_.min_valid_fraction * static_cast<float>(num_rows_ * num_rows_);
     const float noise = options_.noise_variance, scale = options_.robust_scale;
-    for (int x = 0; x < tile_.width; ++x) {
+    for (int x = span.begin; x < span.end; ++x) {
       const float inverse_n = 1.0f / std::max(n[x], 1.0f);
       const float mean_a = sa[x] * inverse_n, mean_b = sb[x] * inverse_n;
       const float signal_a = std::max(saa[x] * inverse_n - mean_a * mean_a, 0.0f);
@@ -170,10 +205,11 @@ class Correlator {
       const float texture = signal_a / (signal_a + 4.0f * noise + 1e-6f);
       const float judged = n[x] >= min_valid ? weight[x] * valid[x] * texture : 0.0f;
       const float robust = scale / (1.0f - zncc + scale);
-      const float scaled = judged * inverse_n * robust * robust;
-      const float inverse_var_b = 1.0f / var_b;
       mass[x] = judged;
       error[x] = judged * (1.0f - zncc) * robust;
+      if (!kDerivatives) continue;
+      const float scaled = judged * inverse_n * robust * robust;
+      const float inverse_var_b = 1.0f / var_b;
       alpha[x] = scaled * inverse_norm;
       beta[x] = scaled * zncc * inverse_var_b;
       gamma[x] = alpha[x] * mean_a - beta[x] * mean_b;
@@ -182,8 +218,14 @@ class Correlator {
   }
 
   void Finish(int row) {
+    const ColumnSpan span = Reached(row);
+    float* HWY_RESTRICT derivative = tile_.derivative.data() + Start(row);
+    float* HWY_RESTRICT curvature = tile_.curvature.data() + Start(row);
+    std::fill(derivative, derivative + tile_.width, 0.0f);
+    std::fill(curvature, curvature + tile_.width, 0.0f);
+    if (span.Empty()) return;
     for (int plane = 0; plane < kNumBackward; ++plane) {
-      SumRows(&backward_, plane, row, radius_, tile_.width, Sum(plane));
+      SumRows(&backward_, plane, row, radius_, span, Sum(plane));
     }
     const float* HWY_RESTRICT a = tile_.reference.data() + Start(row);
     const float* HWY_RESTRICT b = tile_.warped.data() + Start(row);
@@ -192,9 +234,7 @@ class Correlator {
     const float* HWY_RESTRICT beta = Sum(1);
     const float* HWY_RESTRICT gamma = Sum(2);
     const float* HWY_RESTRICT kappa = Sum(3);
-    float* HWY_RESTRICT derivative = tile_.derivative.data() + Start(row);
-    float* HWY_RESTRICT curvature = tile_.curvature.data() + Start(row);
-    for (int x = 0; x < tile_.width; ++x) {
+    for (int x = span.begin; x < span.end; ++x) {
       const float slope = (a[x] - 128.0f) * alpha[x] - (b[x] - 128.0f) * beta[x] - gamma[x];
       derivative[x] = -valid[x] * slope;
       curvature[x] = valid[x] * kappa[x];
@@ -230,6 +270,28 @@ void CorrelationTile::Resize(int tile_width, int tile_height) {
   for (auto* plane :
        {&reference, &warped, &valid, &weight, &error, &mass, &derivative, &curvature}) {
     if (plane->size() < size) plane->resize(size);
+  }
+}
+
+void CorrelationTile::FindSpans(int radius) {
+  const size_t num_rows = static_cast<size_t>(height);
+  judged.assign(num_rows, {});
+  reached.assign(num_rows, {});
+  for (int row = 0; row < height; ++row) {
+    const float* weights = weight.data() + static_cast<size_t>(row) * static_cast<size_t>(width);
+    ColumnSpan& span = judged[static_cast<size_t>(row)];
+    while (span.begin < width && weights[span.begin] == 0) ++span.begin;
+    if (span.begin == width) continue;
+    span.end = width;
+    while (weights[span.end - 1] == 0) --span.end;
+    const ColumnSpan near = {std::max(0, span.begin - radius), std::min(width, span.end + radius)};
+    const int last = std::min(height - 1, row + radius);
+    for (int r = std::max(0, row - radius); r <= last; ++r) {
+      ColumnSpan& around = reached[static_cast<size_t>(r)];
+      around = around.Empty()
+                   ? near
+                   : ColumnSpan{std::min(around.begin, near.begin), std::max(around.end, near.end)};
+    }
   }
 }
 

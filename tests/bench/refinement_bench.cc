@@ -4,6 +4,7 @@
 // operations; 16 bytes come in and 16 go out. Warp: per pixel about 70 operations and 8 gathered
 // floats. Rasteriser: per face about 100 operations, per covered pixel 4 and 8 bytes. "ops" is that
 // count a second; the floor is what BM_FloorOfAdditions and BM_FloorOfBytes reach on this machine.
+// README.md has the counts of a whole step.
 
 #include <benchmark/benchmark.h>
 
@@ -61,6 +62,7 @@ void BM_CorrelateWindows(benchmark::State& state) {
   CorrelationScratch scratch;
   CorrelationOptions options;
   options.radius = radius;
+  tile.FindSpans(radius);
   for (auto _ : state) {
     CorrelateWindows(options, &scratch, &tile);
     benchmark::DoNotOptimize(tile.derivative.data());

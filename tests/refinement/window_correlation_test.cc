@@ -29,6 +29,12 @@ CorrelationTile MakeTile(int width, int height, double missing_fraction, unsigne
   return tile;
 }
 
+void Correlate(const CorrelationOptions& options, CorrelationTile* tile) {
+  CorrelationScratch scratch;
+  tile->FindSpans(options.radius);
+  CorrelateWindows(options, &scratch, tile);
+}
+
 // The definition, window by window, in double precision.
 std::vector<double> SlowErrors(const CorrelationTile& tile, const CorrelationOptions& options) {
   std::vector<double> errors(static_cast<size_t>(tile.width * tile.height), 0.0);
@@ -68,8 +74,7 @@ TEST(WindowCorrelation, AgreesWithTheDefinition) {
     for (const int width : {5, 16, 37}) {
       CorrelationTile tile = MakeTile(width, 23, 0.15, 7);
       const CorrelationOptions options{radius, 4.0f, 0.5f, 0.4f};
-      CorrelationScratch scratch;
-      CorrelateWindows(options, &scratch, &tile);
+      Correlate(options, &tile);
       const std::vector<double> slow = SlowErrors(tile, options);
       for (size_t k = 0; k < slow.size(); ++k) {
         ASSERT_NEAR(tile.error[k], slow[k], 2e-4) << "radius " << radius << " pixel " << k;
@@ -81,8 +86,7 @@ TEST(WindowCorrelation, AgreesWithTheDefinition) {
 TEST(WindowCorrelation, DerivativeAgreesWithFiniteDifferencesAtEveryPixel) {
   CorrelationTile tile = MakeTile(21, 18, 0.1, 3);
   const CorrelationOptions options{2, 2.0f, 0.5f, 0.5f};
-  CorrelationScratch scratch;
-  CorrelateWindows(options, &scratch, &tile);
+  Correlate(options, &tile);
   const double step = 0.01;
   for (size_t k = 0; k < static_cast<size_t>(tile.width * tile.height); ++k) {
     CorrelationTile up = tile, down = tile;
@@ -98,11 +102,10 @@ TEST(WindowCorrelation, DerivativeAgreesWithFiniteDifferencesAtEveryPixel) {
 TEST(WindowCorrelation, GainAndOffsetOfAPhotoChangeNothing) {
   CorrelationTile tile = MakeTile(40, 30, 0.0, 5);
   const CorrelationOptions options{3, 1e-4f, 0.5f, 0.5f};
-  CorrelationScratch scratch;
-  CorrelateWindows(options, &scratch, &tile);
+  Correlate(options, &tile);
   const std::vector<float> before = tile.error;
   for (float& value : tile.warped) value = 0.7f * value + 30;
-  CorrelateWindows(options, &scratch, &tile);
+  Correlate(options, &tile);
   for (size_t k = 0; k < 40 * 30; ++k) ASSERT_NEAR(tile.error[k], before[k], 1e-3);
 }
 
@@ -111,8 +114,7 @@ TEST(WindowCorrelation, IdenticalWindowsHaveNoErrorAndFlatOnesLittleCurvature) {
   tile.warped = tile.reference;
   for (float& weight : tile.weight) weight = 1;
   const CorrelationOptions options{3, 4.0f, 0.5f, 0.5f};
-  CorrelationScratch scratch;
-  CorrelateWindows(options, &scratch, &tile);
+  Correlate(options, &tile);
   for (size_t k = 0; k < 30 * 20; ++k) {
     ASSERT_LT(tile.error[k], 0.06f);
     ASSERT_NEAR(tile.derivative[k], 0, 3e-3);
@@ -120,10 +122,51 @@ TEST(WindowCorrelation, IdenticalWindowsHaveNoErrorAndFlatOnesLittleCurvature) {
   }
 }
 
+// Few judged pixels, and nothing known where no window of theirs reaches.
+TEST(WindowCorrelation, WhatNoJudgedWindowReachesDoesNotMatter) {
+  CorrelationTile tile = MakeTile(61, 50, 0.1, 11);
+  std::mt19937 random(2);
+  for (float& weight : tile.weight) weight = random() % 400 == 0 ? 1.0f : 0.0f;
+  const CorrelationOptions options{3, 4.0f, 0.5f, 0.4f};
+  Correlate(options, &tile);
+  const std::vector<double> slow = SlowErrors(tile, options);
+  CorrelationTile other = tile;
+  int num_unknown = 0;
+  for (int row = 0; row < tile.height; ++row) {
+    const ColumnSpan& reached = tile.reached[static_cast<size_t>(row)];
+    for (int x = 0; x < tile.width; ++x) {
+      if (x >= reached.begin && x < reached.end) continue;
+      const size_t at = static_cast<size_t>(row * tile.width + x);
+      other.reference[at] = other.warped[at] = other.valid[at] = NAN;
+      ++num_unknown;
+    }
+  }
+  ASSERT_GT(num_unknown, 100);
+  Correlate(options, &other);
+  for (size_t k = 0; k < slow.size(); ++k) {
+    ASSERT_NEAR(other.error[k], slow[k], 2e-4) << k;
+    ASSERT_EQ(other.error[k], tile.error[k]) << k;
+    ASSERT_EQ(other.mass[k], tile.mass[k]) << k;
+    ASSERT_EQ(other.derivative[k], tile.derivative[k]) << k;
+    ASSERT_EQ(other.curvature[k], tile.curvature[k]) << k;
+  }
+}
+
+TEST(WindowCorrelation, ErrorsAreTheSameWithoutDerivatives) {
+  CorrelationTile tile = MakeTile(45, 31, 0.1, 12), errors_only = tile;
+  CorrelationOptions options{3, 4.0f, 0.5f, 0.4f};
+  Correlate(options, &tile);
+  options.derivatives = false;
+  Correlate(options, &errors_only);
+  for (size_t k = 0; k < 45 * 31; ++k) {
+    ASSERT_EQ(errors_only.error[k], tile.error[k]) << k;
+    ASSERT_EQ(errors_only.mass[k], tile.mass[k]) << k;
+  }
+}
+
 TEST(WindowCorrelation, TilesWithoutValidPixelsSayNothing) {
   CorrelationTile tile = MakeTile(20, 20, 1.1, 1);
-  CorrelationScratch scratch;
-  CorrelateWindows({}, &scratch, &tile);
+  Correlate({}, &tile);
   for (size_t k = 0; k < 20 * 20; ++k) {
     ASSERT_EQ(tile.error[k], 0);
     ASSERT_EQ(tile.mass[k], 0);
