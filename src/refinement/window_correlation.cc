@@ -179,42 +179,67 @@ class Correlator {
     for (int plane = 0; plane < kNumForward; ++plane) {
       SumRows(&forward_, plane, row, radius_, span, Sum(plane));
     }
-    const float* HWY_RESTRICT n = Sum(0);
-    const float* HWY_RESTRICT sa = Sum(1);
-    const float* HWY_RESTRICT sb = Sum(2);
-    const float* HWY_RESTRICT saa = Sum(3);
-    const float* HWY_RESTRICT sbb = Sum(4);
-    const float* HWY_RESTRICT sab = Sum(5);
-    const float* HWY_RESTRICT weight = tile_.weight.data() + Start(row);
-    const float* HWY_RESTRICT valid = tile_.valid.data() + Start(row);
-    float* HWY_RESTRICT alpha = Product(0);
-    float* HWY_RESTRICT beta = Product(1);
-    float* HWY_RESTRICT gamma = Product(2);
-    float* HWY_RESTRICT kappa = Product(3);
-    const float min_valid = options_.min_valid_fraction * static_cast<float>(num_rows_ * num_rows_);
-    const float noise = options_.noise_variance, scale = options_.robust_scale;
-    for (int x = span.begin; x < span.end; ++x) {
-      const float inverse_n = 1.0f / std::max(n[x], 1.0f);
-      const float mean_a = sa[x] * inverse_n, mean_b = sb[x] * inverse_n;
-      const float signal_a = std::max(saa[x] * inverse_n - mean_a * mean_a, 0.0f);
-      const float var_a = signal_a + noise;
-      const float var_b = std::max(sbb[x] * inverse_n - mean_b * mean_b, 0.0f) + noise;
-      const float covariance = sab[x] * inverse_n - mean_a * mean_b;
-      const float inverse_norm = 1.0f / std::sqrt(var_a * var_b);
-      const float zncc = covariance * inverse_norm;
-      const float texture = signal_a / (signal_a + 4.0f * noise + 1e-6f);
-      const float judged = n[x] >= min_valid ? weight[x] * valid[x] * texture : 0.0f;
-      const float robust = scale / (1.0f - zncc + scale);
-      mass[x] = judged;
-      error[x] = judged * (1.0f - zncc) * robust;
-      if (!kDerivatives) continue;
-      const float scaled = judged * inverse_n * robust * robust;
-      const float inverse_var_b = 1.0f / var_b;
-      alpha[x] = scaled * inverse_norm;
-      beta[x] = scaled * zncc * inverse_var_b;
-      gamma[x] = alpha[x] * mean_a - beta[x] * mean_b;
-      kappa[x] = scaled * inverse_var_b;
-    }
+    // Room for whole vectors: what lies behind the span has no weight.
+    const hn::ScalableTag<float> d;
+    const int lanes = static_cast<int>(hn::Lanes(d));
+    float* const weight = Product(4);
+    float* const valid = Product(5);
+    const size_t first = Start(row) + static_cast<size_t>(span.begin);
+    const size_t last = Start(row) + static_cast<size_t>(span.end);
+    std::copy(&tile_.weight[first], &tile_.weight[last - 1] + 1, weight + span.begin);
+    std::copy(&tile_.valid[first], &tile_.valid[last - 1] + 1, valid + span.begin);
+    std::fill(weight + span.end, weight + span.end + lanes, 0.0f);
+    for (int x = span.begin; x < span.end; x += lanes) ScoreLanes<kDerivatives>(x);
+    std::copy(weight + span.begin, weight + span.end, mass + span.begin);
+    std::copy(valid + span.begin, valid + span.end, error + span.begin);
+    // As the products beyond the ends of a row, which no later row may find.
+    std::fill(weight + tile_.width, weight + tile_.width + lanes, 0.0f);
+    std::fill(valid + tile_.width, valid + tile_.width + lanes, 0.0f);
+  }
+
+  // Of a vector of windows from column x: sums -> masses and errors, in place of weights and valid
+  // pixels, and what the derivatives need.
+  template <bool kDerivatives>
+  void ScoreLanes(int x) {
+    const hn::ScalableTag<float> d;
+    const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+    const auto noise = hn::Set(d, options_.noise_variance);
+    const auto texture_noise = hn::Set(d, 4.0f * options_.noise_variance);
+    const auto scale = hn::Set(d, options_.robust_scale);
+    const auto min_valid =
+        hn::Set(d, options_.min_valid_fraction * static_cast<float>(num_rows_ * num_rows_));
+    const auto sum = [&](int plane) { return hn::LoadU(d, Sum(plane) + x); };
+    const auto n = sum(0), inverse_n = hn::Div(one, hn::Max(n, one));
+    const auto mean_a = hn::Mul(sum(1), inverse_n), mean_b = hn::Mul(sum(2), inverse_n);
+    const auto signal_a =
+        hn::Max(hn::Sub(hn::Mul(sum(3), inverse_n), hn::Mul(mean_a, mean_a)), zero);
+    const auto signal_b =
+        hn::Max(hn::Sub(hn::Mul(sum(4), inverse_n), hn::Mul(mean_b, mean_b)), zero);
+    const auto var_a = hn::Add(signal_a, noise), var_b = hn::Add(signal_b, noise);
+    const auto covariance = hn::Sub(hn::Mul(sum(5), inverse_n), hn::Mul(mean_a, mean_b));
+    const auto inverse_norm = hn::Div(one, hn::Sqrt(hn::Mul(var_a, var_b)));
+    const auto zncc = hn::Mul(covariance, inverse_norm), difference = hn::Sub(one, zncc);
+    const auto texture =
+        hn::Div(signal_a, hn::Add(hn::Add(signal_a, texture_noise), hn::Set(d, 1e-6f)));
+    float* const weight = Product(4) + x;
+    float* const valid = Product(5) + x;
+    const auto judged = hn::IfThenElseZero(
+        hn::Ge(n, min_valid), hn::Mul(hn::Mul(hn::LoadU(d, weight), hn::LoadU(d, valid)), texture));
+    const auto counts = hn::Gt(judged, zero);
+    const auto robust = hn::Div(scale, hn::Add(difference, scale));
+    hn::StoreU(hn::IfThenElseZero(counts, judged), d, weight);
+    hn::StoreU(hn::IfThenElseZero(counts, hn::Mul(hn::Mul(judged, difference), robust)), d, valid);
+    if (!kDerivatives) return;
+    const auto scaled = hn::Mul(hn::Mul(hn::Mul(judged, inverse_n), robust), robust);
+    const auto inverse_var_b = hn::Div(one, var_b);
+    const auto alpha = hn::Mul(scaled, inverse_norm);
+    const auto beta = hn::Mul(hn::Mul(scaled, zncc), inverse_var_b);
+    const auto gamma = hn::Sub(hn::Mul(alpha, mean_a), hn::Mul(beta, mean_b));
+    const auto kappa = hn::Mul(scaled, inverse_var_b);
+    hn::StoreU(hn::IfThenElseZero(counts, alpha), d, Product(0) + x);
+    hn::StoreU(hn::IfThenElseZero(counts, beta), d, Product(1) + x);
+    hn::StoreU(hn::IfThenElseZero(counts, gamma), d, Product(2) + x);
+    hn::StoreU(hn::IfThenElseZero(counts, kappa), d, Product(3) + x);
   }
 
   void Finish(int row) {
