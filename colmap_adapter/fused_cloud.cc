@@ -50,17 +50,18 @@ class PointReader {
 
   uint64_t num_points() const { return element_->count; }
 
-  // `num_points()` must have been found to be believable.
-  VisibilityCloud Read() {
-    VisibilityCloud cloud;
-    cloud.Reserve(static_cast<size_t>(num_points()), 0);
+  // Behind the points of `cloud`. `num_points()` must have been found to be believable.
+  void Append(VisibilityCloud* cloud) {
+    const size_t num_points_then = cloud->positions.size() + static_cast<size_t>(num_points());
+    cloud->positions.reserve(num_points_then);
+    cloud->normals.reserve(num_points_then);
+    cloud->colors.reserve(num_points_then);
     reader_.Read({{"vertex", [&](const PlyReader::Row& row) {
-                     cloud.positions.push_back(Position(row));
-                     cloud.normals.push_back(Normal(row));
-                     cloud.colors.push_back(has_color_ ? PlyColor(Values(row, color_))
-                                                       : Color::Zero());
+                     cloud->positions.push_back(Position(row));
+                     cloud->normals.push_back(Normal(row));
+                     cloud->colors.push_back(has_color_ ? PlyColor(Values(row, color_))
+                                                        : Color::Zero());
                    }}});
-    return cloud;
   }
 
   void Visit(const std::function<void(const Eigen::Vector3f&, const Eigen::Vector3f&)>& visit) {
@@ -127,14 +128,16 @@ struct ChosenOrder {
   std::string message;
 };
 
+// Of the points from `first_point` on.
 ChosenOrder ChooseOrder(const Scene& scene, const DenseWorkspace& workspace,
-                        const VisibilityCloud& points, const VisibilityFile& file) {
+                        const VisibilityCloud& points, const VisibilityFile& file,
+                        size_t first_point) {
   ChosenOrder chosen{internal::SceneOrder(scene), {}, ""};
-  chosen.fit = MeasureFit(scene, points, file, chosen.order);
+  chosen.fit = MeasureFit(scene, points, file, first_point, chosen.order);
   if (chosen.fit.inside >= kGoodFit && chosen.fit.facing >= kGoodFit) return chosen;
   double best_total = chosen.fit.Total() + kClearlyBetter;
   for (ImageOrder& order : internal::OtherOrders(scene, workspace.SparseFolder())) {
-    const OrderFit fit = MeasureFit(scene, points, file, order);
+    const OrderFit fit = MeasureFit(scene, points, file, first_point, order);
     if (fit.Total() <= best_total) continue;
     best_total = fit.Total();
     chosen = {std::move(order), fit, ""};
@@ -148,18 +151,21 @@ ChosenOrder ChooseOrder(const Scene& scene, const DenseWorkspace& workspace,
   return chosen;
 }
 
-// The points with finite positions, with their views in the given order. In place: a cloud is most
-// of what the process holds.
-VisibilityCloud Join(VisibilityCloud points, VisibilityFile file, const ImageOrder& order) {
+// Of the points from `first_point` on, those with finite positions, with their views in the given
+// order, numbered from `first_view` on. In place: a cloud is most of what the process holds.
+void Join(const ImageOrder& order, size_t first_point, uint32_t first_view, VisibilityFile file,
+          VisibilityCloud* cloud) {
+  VisibilityCloud& points = *cloud;
   std::vector<uint64_t>& begin = file.begin;
   std::vector<uint32_t>& views = file.image_idxs;
-  size_t num_points = 0;
-  uint64_t num_views = 0;
-  for (size_t p = 0; p < points.positions.size(); ++p) {
+  size_t num_points = first_point;
+  uint64_t num_views = begin[first_point];
+  for (size_t p = first_point; p < points.positions.size(); ++p) {
     if (!points.positions[p].allFinite()) continue;
     const auto first = views.begin() + static_cast<std::ptrdiff_t>(begin[p]);
     const auto last = views.begin() + static_cast<std::ptrdiff_t>(begin[p + 1]);
-    std::transform(first, last, first, [&](uint32_t image) { return order.view_idxs[image]; });
+    std::transform(first, last, first,
+                   [&](uint32_t image) { return first_view + order.view_idxs[image]; });
     std::sort(first, last);
     const auto to = views.begin() + static_cast<std::ptrdiff_t>(num_views);
     begin[num_points] = num_views;  // not read any more: p is at least as large
@@ -177,7 +183,6 @@ VisibilityCloud Join(VisibilityCloud points, VisibilityFile file, const ImageOrd
   views.resize(num_views);
   points.view_begin = std::move(begin);
   points.view_idxs = std::move(views);
-  return points;
 }
 
 }  // namespace
@@ -206,18 +211,29 @@ void VisitFusedCloud(const fs::path& ply_path, const Eigen::Vector3d& world_offs
 
 FusedCloud ReadFusedCloud(const fs::path& ply_path, const Scene& scene,
                           const DenseWorkspace& workspace) {
+  FusedCloud result;
+  const AppendedCloud appended = AppendFusedCloud(ply_path, scene, workspace, 0, &result.cloud);
+  result.num_dropped = appended.num_dropped;
+  result.message = appended.message;
+  return result;
+}
+
+AppendedCloud AppendFusedCloud(const fs::path& ply_path, const Scene& scene,
+                               const DenseWorkspace& workspace, uint32_t first_view,
+                               VisibilityCloud* cloud) {
   PointReader reader(ply_path, scene.world_offset);
   const fs::path vis_path = VisibilityPathOf(ply_path);
-  VisibilityFile file = internal::ReadVisibilityFile(vis_path, scene.views.size());
-  if (file.num_points() != reader.num_points()) {
-    throw InputError(
-        vis_path.string(),
-        fmt::format("is for {} points, but {} has {}: the cloud was cropped or edited",
-                    file.num_points(), ply_path.filename().string(), reader.num_points()),
-        kPairRemedy);
+  const size_t first_point = cloud->size();
+  VisibilityFile file{std::move(cloud->view_begin), std::move(cloud->view_idxs)};
+  internal::AppendVisibilityFile(vis_path, scene.views.size(), &file);
+  if (const size_t count = file.num_points() - first_point; count != reader.num_points()) {
+    throw InputError(vis_path.string(),
+                     fmt::format("is for {} points, but {} has {}: the cloud was cropped or edited",
+                                 count, ply_path.filename().string(), reader.num_points()),
+                     kPairRemedy);
   }
-  VisibilityCloud points = reader.Read();
-  const ChosenOrder chosen = ChooseOrder(scene, workspace, points, file);
+  reader.Append(cloud);
+  const ChosenOrder chosen = ChooseOrder(scene, workspace, *cloud, file, first_point);
   if (chosen.fit.inside < kMinInside) {
     throw InputError(
         vis_path.string(),
@@ -226,14 +242,14 @@ FusedCloud ReadFusedCloud(const fs::path& ply_path, const Scene& scene,
                     100 * chosen.fit.inside),
         "the cloud belongs to another model; remove both and fuse again");
   }
-  const size_t num_points = points.positions.size();
-  FusedCloud result{Join(std::move(points), std::move(file), chosen.order), 0, chosen.message};
-  result.num_dropped = num_points - result.cloud.size();
-  if (result.num_dropped > 0) {
-    result.message += fmt::format("{}{} points without finite position were left out",
-                                  result.message.empty() ? "" : "; ", result.num_dropped);
+  const size_t num_points = cloud->size();
+  Join(chosen.order, first_point, first_view, std::move(file), cloud);
+  AppendedCloud appended{num_points - cloud->size(), chosen.message};
+  if (appended.num_dropped > 0) {
+    appended.message += fmt::format("{}{} points without finite position were left out",
+                                    appended.message.empty() ? "" : "; ", appended.num_dropped);
   }
-  return result;
+  return appended;
 }
 
 namespace {

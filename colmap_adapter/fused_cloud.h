@@ -47,6 +47,17 @@ FusedCloudSize ReadFusedCloudSize(const std::filesystem::path& ply_path);
 FusedCloud ReadFusedCloud(const std::filesystem::path& ply_path, const Scene& scene,
                           const DenseWorkspace& workspace);
 
+struct AppendedCloud {
+  size_t num_dropped = 0;  // as FusedCloud
+  std::string message;
+};
+
+// The same behind the points of `cloud`, point by point: beside it nothing is held. The views of
+// `scene` are numbered from `first_view` on. If it throws, `cloud` is of no use any more.
+AppendedCloud AppendFusedCloud(const std::filesystem::path& ply_path, const Scene& scene,
+                               const DenseWorkspace& workspace, uint32_t first_view,
+                               VisibilityCloud* cloud);
+
 // Hands over the points of a cloud one after the other, without holding them: position (the
 // scene's world_offset subtracted), normal, and views as the file numbers them, which may not be
 // those of the scene. Throws what ReadFusedCloud throws for malformed files.

@@ -68,11 +68,11 @@ std::vector<ImageOrder> OtherOrders(const Scene& scene,
 }
 
 OrderFit MeasureFit(const Scene& scene, const VisibilityCloud& points, const VisibilityFile& file,
-                    const ImageOrder& order) {
+                    size_t first_point, const ImageOrder& order) {
   size_t num_pairs = 0, num_inside = 0, num_with_normal = 0, num_facing = 0;
   const size_t num_points = std::min(points.positions.size(), file.num_points());
-  const size_t step = num_points / kSamplePoints + 1;
-  for (size_t p = 0; p < num_points; p += step) {
+  const size_t step = (num_points - first_point) / kSamplePoints + 1;
+  for (size_t p = first_point; p < num_points; p += step) {
     const Eigen::Vector3d x = points.positions[p].cast<double>();
     const Eigen::Vector3d normal = points.normals[p].cast<double>();
     if (!x.allFinite()) continue;

@@ -23,8 +23,8 @@ ImageOrder SceneOrder(const Scene& scene);
 // of image ids, of names.
 std::vector<ImageOrder> OtherOrders(const Scene& scene, const std::filesystem::path& sparse_folder);
 
-// How well points fit the views that an order gives them, each in [0, 1], over a fixed sample of
-// points.
+// How well points from `first_point` on fit the views that an order gives them, each in [0, 1],
+// over a fixed sample of points.
 struct OrderFit {
   double inside = 0;  // projected into the image, in front of the camera
   double facing = 0;  // normal turned towards the camera (1 if there are no normals)
@@ -32,6 +32,6 @@ struct OrderFit {
   double Total() const { return inside + facing; }
 };
 OrderFit MeasureFit(const Scene& scene, const VisibilityCloud& points, const VisibilityFile& file,
-                    const ImageOrder& order);
+                    size_t first_point, const ImageOrder& order);
 
 }  // namespace lsmvs::internal

@@ -29,16 +29,22 @@ void ReadImagesOfPoint(size_t num_images, BinaryReader* reader, VisibilityFile* 
 }  // namespace
 
 VisibilityFile ReadVisibilityFile(const std::filesystem::path& path, size_t num_images) {
+  VisibilityFile file;
+  AppendVisibilityFile(path, num_images, &file);
+  return file;
+}
+
+void AppendVisibilityFile(const std::filesystem::path& path, size_t num_images,
+                          VisibilityFile* file) {
   BinaryReader reader(path, kRemedy);
   const uint64_t num_points = reader.ReadCount<uint64_t>(sizeof(uint32_t), "points");
-  VisibilityFile file;
-  file.begin.reserve(static_cast<size_t>(num_points) + 1);
+  file->begin.reserve(file->begin.size() + static_cast<size_t>(num_points));
   // What is left beside the counts are indices; a corrupt count cannot make this more than the
   // file.
-  file.image_idxs.reserve(static_cast<size_t>(reader.Remaining() / sizeof(uint32_t) - num_points));
-  for (uint64_t i = 0; i < num_points; ++i) ReadImagesOfPoint(num_images, &reader, &file);
+  const auto num_indices = static_cast<size_t>(reader.Remaining() / sizeof(uint32_t) - num_points);
+  file->image_idxs.reserve(file->image_idxs.size() + num_indices);
+  for (uint64_t i = 0; i < num_points; ++i) ReadImagesOfPoint(num_images, &reader, file);
   reader.ExpectEnd();
-  return file;
 }
 
 }  // namespace lsmvs::internal

@@ -19,5 +19,8 @@ struct VisibilityFile {
 // Throws InputError if the file is missing, truncated or too long, or if an index is not below
 // `num_images`.
 VisibilityFile ReadVisibilityFile(const std::filesystem::path& path, size_t num_images);
+// The same behind the points that `file` holds already. Beside it nothing is held.
+void AppendVisibilityFile(const std::filesystem::path& path, size_t num_images,
+                          VisibilityFile* file);
 
 }  // namespace lsmvs::internal

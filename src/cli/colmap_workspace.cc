@@ -3,6 +3,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <span>
 #include <string>
 
 #include "lsmvs/colmap_adapter/depth_map_io.h"
@@ -168,7 +169,7 @@ class JoinedWorkspaceFiles : public ColmapWorkspaceFiles {
     return files;
   }
 
-  // One after the other into one array: beside it, one cloud is held at a time.
+  // Point by point into one array, made at once: beside it nothing is held.
   VisibilityCloud ReadCloud(const fs::path& /*cloud*/, const Scene& scene) const override {
     VisibilityCloud joined;
     Reserve(&joined);
@@ -176,13 +177,13 @@ class JoinedWorkspaceFiles : public ColmapWorkspaceFiles {
     std::vector<std::vector<Eigen::Vector3f>> samples;
     uint32_t first_view = 0;
     for (size_t i = 0; i < inputs_.size(); ++i) {
-      FusedCloud fused = ReadFusedCloud(inputs_[i].cloud, parts_[i], inputs_[i].workspace);
+      const size_t first_point = joined.size();
+      const AppendedCloud appended =
+          AppendFusedCloud(inputs_[i].cloud, parts_[i], inputs_[i].workspace, first_view, &joined);
       names.push_back(inputs_[i].cloud.string());
-      if (!fused.message.empty()) LOG(WARNING) << names.back() << ": " << fused.message;
-      for (uint32_t& view_idx : fused.cloud.view_idxs) view_idx += first_view;
+      if (!appended.message.empty()) LOG(WARNING) << names.back() << ": " << appended.message;
       first_view += static_cast<uint32_t>(parts_[i].views.size());
-      samples.push_back(SamplePositions(fused.cloud));
-      joined.Append(fused.cloud);
+      samples.push_back(SamplePositions(std::span(joined.positions).subspan(first_point)));
     }
     LSMVS_CHECK_EQ(size_t{first_view}, scene.views.size());
     const std::string warning = NoOverlapWarning(names, samples);

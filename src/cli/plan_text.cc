@@ -8,6 +8,7 @@
 #include <map>
 
 #include "lsmvs/cli/common_options.h"
+#include "lsmvs/pipeline/reconstruction_options.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
 
@@ -164,8 +165,12 @@ void CheckPlanFits(const PlanHeader& header, const RunPlan& plan, int image_size
   if (needed <= header.memory_allowed_bytes) return;
   const double left =
       static_cast<double>(header.memory_allowed_bytes) - static_cast<double>(header.process_bytes);
+  // The surface of a cloud that is there does not depend on the size of the photos.
+  const bool is_surface_alone = plan.stages.size() == 1 && stage->name == kSurfaceStage;
   const std::string advice =
-      SizeAdvice(SizeThatFits(image_size, static_cast<double>(stage->cost.peak_bytes), left));
+      is_surface_alone
+          ? std::string("give a --bounding_box or a larger --VisibilityMeshing.max_proj_dist")
+          : SizeAdvice(SizeThatFits(image_size, static_cast<double>(stage->cost.peak_bytes), left));
   throw MemoryError(fmt::format(
       "{}: {} needs about {} of memory, but {} may be used; {}, or allow more with --max_memory",
       header.workspace, stage->name, FormatBytes(needed), FormatBytes(header.memory_allowed_bytes),

@@ -63,6 +63,9 @@ class PlyReader {
  private:
   struct Input;
   void ParseHeader();
+  void ReadAnyRows(const PlyElement& element, const Visitor& visit);
+  // Binary, little endian, without lists.
+  void ReadFixedRows(const PlyElement& element, const Visitor& visit);
 
   std::string path_;
   std::vector<PlyElement> elements_;

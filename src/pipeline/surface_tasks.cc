@@ -134,8 +134,9 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, const CloudReader& re
     throw InputError(cloud_path.string(), "gives no surface: " + result.message,
                      "check that the points and their views belong to this model");
   }
-  const std::string warning =
-      ContradictionWarning(fit, result.counters.num_vertices, result.mesh.vertices.size());
+  const std::string warning = ContradictionWarning(
+      fit, result.counters.num_vertices + result.counters.num_filtered_vertices,
+      result.mesh.vertices.size());
   if (!warning.empty()) LOG(WARNING) << cloud_path.string() << ": " << warning;
   result.mesh.vertex_quality = QualityByViews(result.view_begin, options.surface.visibility_sigma);
   WriteMeshPly(run.outputs.at(kMeshFile), result.mesh, offset);
@@ -147,6 +148,7 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, const CloudReader& re
   TaskCounts counts = {
       {"points", static_cast<double>(result.counters.num_points)},
       {"delaunay_vertices", static_cast<double>(result.counters.num_vertices)},
+      {"filtered_vertices", static_cast<double>(result.counters.num_filtered_vertices)},
       {"cells", static_cast<double>(result.counters.num_cells)},
       {"rays", static_cast<double>(result.counters.num_rays)},
       {"crossings", static_cast<double>(result.counters.num_crossings)},

@@ -60,11 +60,11 @@ std::string Text(const Eigen::Vector3d& x) {
 
 }  // namespace
 
-std::vector<Eigen::Vector3f> SamplePositions(const VisibilityCloud& cloud) {
+std::vector<Eigen::Vector3f> SamplePositions(std::span<const Eigen::Vector3f> positions) {
   Positions sample;
-  const size_t stride = cloud.size() / kSamplePoints + 1;
-  for (size_t p = 0; p < cloud.size(); p += stride) {
-    if (cloud.positions[p].allFinite()) sample.push_back(cloud.positions[p]);
+  const size_t stride = positions.size() / kSamplePoints + 1;
+  for (size_t p = 0; p < positions.size(); p += stride) {
+    if (positions[p].allFinite()) sample.push_back(positions[p]);
   }
   return sample;
 }

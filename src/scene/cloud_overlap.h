@@ -1,15 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <string>
 #include <vector>
-
-#include "lsmvs/scene/visibility_cloud.h"
 
 namespace lsmvs {
 
 // Positions of some tens of thousands of a cloud's points, spread over the cloud; finite ones only.
-std::vector<Eigen::Vector3f> SamplePositions(const VisibilityCloud& cloud);
+std::vector<Eigen::Vector3f> SamplePositions(std::span<const Eigen::Vector3f> positions);
 
 // Share of the points of each cloud that lie where some other cloud has points, too: in the same
 // cell of a grid of about 32 cells along the smallest cloud. 0 for an empty cloud.

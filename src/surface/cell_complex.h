@@ -50,4 +50,8 @@ struct CellComplex {
 CellComplex BuildDelaunay(std::vector<Eigen::Vector3f> points,
                           const RunContext& context = RunContext(1));
 
+// The tetrahedron that holds x, or a cell at infinity that sees it. Exact. Walks from the cell
+// `start`: fast if that is near. The complex is not empty.
+int32_t LocateCell(const CellComplex& complex, const Eigen::Vector3f& x, int32_t start);
+
 }  // namespace lsmvs

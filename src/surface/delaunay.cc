@@ -51,6 +51,38 @@ std::vector<uint32_t> InsertionOrder(size_t count) {
   return order;
 }
 
+int InfiniteIndex(const Cell& cell) {
+  for (int k = 0; k < 4; ++k) {
+    if (cell.vertex[k] == Cell::kInfiniteVertex) return k;
+  }
+  return -1;
+}
+
+int OrientationOfFacet(const CellComplex& complex, const Cell& cell, int i,
+                       const Eigen::Vector3f& x) {
+  const auto& facet = kFacetVertices[i];
+  const auto at = [&](int k) -> const Eigen::Vector3f& {
+    return complex.points[cell.vertex[facet[k]]];
+  };
+  return Orientation(at(0), at(1), at(2), x);
+}
+
+// Across facets that part the cell from x; in a Delaunay complex such walks end.
+int32_t Walk(const CellComplex& complex, const Eigen::Vector3f& x, int32_t current) {
+  const std::vector<Cell>& cells = complex.cells;
+  if (const int k = InfiniteIndex(cells[current]); k >= 0) current = cells[current].neighbor[k];
+  int entry = -1;
+  while (true) {
+    const Cell& cell = cells[current];
+    int exit = 0;
+    while (exit < 4 && (exit == entry || OrientationOfFacet(complex, cell, exit, x) >= 0)) ++exit;
+    if (exit == 4) return current;
+    entry = cell.Reverse(exit);
+    current = cell.neighbor[exit];
+    if (InfiniteIndex(cells[current]) >= 0) return current;
+  }
+}
+
 // Incremental construction (A. Bowyer; D. Watson, 1981): the cells whose circumspheres hold the new
 // point make room for its star. Ties of cospherical points are broken by a perturbation that
 // depends on coordinates only (O. Devillers, M. Teillaud: Perturbations for Delaunay and weighted
@@ -147,39 +179,9 @@ class DelaunayBuilder {
     cells_[b].SetReverse(j, i);
   }
 
-  int OrientationOfFacet(const Cell& cell, int i, const Eigen::Vector3f& x) const {
-    const auto& facet = kFacetVertices[i];
-    return Orientation(At(cell.vertex[facet[0]]), At(cell.vertex[facet[1]]),
-                       At(cell.vertex[facet[2]]), x);
-  }
-
-  static int InfiniteIndex(const Cell& cell) {
-    for (int k = 0; k < 4; ++k) {
-      if (cell.vertex[k] == Cell::kInfiniteVertex) return k;
-    }
-    return -1;
-  }
-
-  // The tetrahedron that holds x, or a cell at infinity that sees it. Walks from the last cell
-  // made, across facets that part the cell from x; in a Delaunay complex such walks end.
-  int32_t Locate(const Eigen::Vector3f& x) const {
-    int32_t current = hint_;
-    if (const int k = InfiniteIndex(cells_[current]); k >= 0) current = cells_[current].neighbor[k];
-    int entry = -1;
-    while (true) {
-      const Cell& cell = cells_[current];
-      int exit = 0;
-      while (exit < 4 && (exit == entry || OrientationOfFacet(cell, exit, x) >= 0)) ++exit;
-      if (exit == 4) return current;
-      entry = cell.Reverse(exit);
-      current = cell.neighbor[exit];
-      if (InfiniteIndex(cells_[current]) >= 0) return current;
-    }
-  }
-
   bool InConflict(const Cell& cell, int32_t p) const {
     if (const int k = InfiniteIndex(cell); k >= 0) {
-      const int side = OrientationOfFacet(cell, k, At(p));
+      const int side = OrientationOfFacet(complex_, cell, k, At(p));
       return side > 0 || (side == 0 && InConflict(cells_[cell.neighbor[k]], p));
     }
     const auto& v = cell.vertex;
@@ -204,7 +206,7 @@ class DelaunayBuilder {
   }
 
   void Insert(int32_t p) {
-    const int32_t start = Locate(At(p));
+    const int32_t start = Walk(complex_, At(p), hint_);  // from the last cell made
     for (const int32_t v : cells_[start].vertex) {
       if (v < 0 || At(v) != At(p)) continue;
       complex_.duplicates.push_back({p, v});
@@ -374,6 +376,10 @@ class DelaunayBuilder {
 
 CellComplex BuildDelaunay(std::vector<Eigen::Vector3f> points, const RunContext& context) {
   return DelaunayBuilder(std::move(points)).Run(context);
+}
+
+int32_t LocateCell(const CellComplex& complex, const Eigen::Vector3f& x, int32_t start) {
+  return Walk(complex, x, start);
 }
 
 }  // namespace lsmvs

@@ -83,6 +83,7 @@ void MesherCheckpoints::ReadMerged(VisibilityMesherCounters* counters, MergedClo
   cloud->frame = frame.at(0);
   folder_.Read("positions", &cloud->positions);
   ReadCounters(kMerged, counters);
+  cloud->num_filtered_vertices = counters->num_filtered_vertices;
 }
 
 void MesherCheckpoints::LoadSights(MergedCloud* cloud) const {

@@ -55,7 +55,9 @@ struct MergedCloud {
   std::vector<uint64_t> sight_begin;     // #V + 1
   std::vector<Sight> sights;             // ascending view_idx within a vertex
   size_t num_ignored_points = 0;         // not finite, or before none of their views
-  // With keep_assignment, by point of the cloud: the vertex that it became or joined.
+  size_t num_filtered_vertices = 0;      // that FilterFreeSpace dropped
+  // With keep_assignment, by point of the cloud: the vertex that it became or joined, if that is
+  // there.
   static constexpr uint32_t kIgnoredPoint = 0xFFFFFFFFu;
   std::vector<uint32_t> vertex_of_point;
 

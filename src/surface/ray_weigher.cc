@@ -252,11 +252,12 @@ class RayWeigher {
     const RayWalker::End end =
         walker_.Walk(vertex, direction, distance, 0, [](int32_t, int, double) {});
     if (end.cell < 0) return;
+    const int32_t weight = ToCapacity(weights_.sink_weight * support);
     if (end.num_crossings == 0 && complex_.IsInfinite(end.cell)) {
       const Eigen::Vector3d target = complex_.points[vertex].cast<double>() + direction;
-      TieHullAround(end.cell, vertex, target, ToCapacity(support), &Cell::excess);
+      TieHullAround(end.cell, vertex, target, weight, &Cell::excess);
     } else {
-      AddSaturated<kShared>(&complex_.cells[end.cell].excess, ToCapacity(support));
+      AddSaturated<kShared>(&complex_.cells[end.cell].excess, weight);
     }
   }
 

@@ -24,6 +24,7 @@ struct RayWeights {
   std::vector<Eigen::Vector3d> centers;  // of the views, canonical
   std::vector<float> sigmas;             // #V, canonical
   double sink_distance_factor = 0;
+  double sink_weight = 1;
 };
 
 struct RayCounters {

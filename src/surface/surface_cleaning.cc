@@ -94,7 +94,7 @@ class Cleaner {
     return std::max({pixel_size_[face[0]], pixel_size_[face[1]], pixel_size_[face[2]]});
   }
 
-  // Vertices that the cut left off its surface were contradicted; among those on it, where no ray
+  // Vertices that a cut left off its surface were contradicted; among those on it, where no ray
   // tells, the share of false ones is taken to be the same.
   void MeasureFalseShare() {
     std::vector<char> on_surface(cloud_.first_point.size(), 0);
@@ -102,7 +102,8 @@ class Cleaner {
       if (point >= 0) on_surface[static_cast<size_t>(point)] = 1;
     }
     const auto num_true = std::count(on_surface.begin(), on_surface.end(), 1);
-    false_share_ = 1 - static_cast<double>(num_true) / static_cast<double>(on_surface.size());
+    const size_t num_all = on_surface.size() + cloud_.num_filtered_vertices;
+    false_share_ = 1 - static_cast<double>(num_true) / static_cast<double>(num_all);
   }
 
   // By the evidence of each face alone, or of the surface as a whole.

@@ -10,6 +10,7 @@
 
 #include "lsmvs/graph/minimum_cut.h"
 #include "lsmvs/surface/cell_complex.h"
+#include "lsmvs/surface/free_space_filter.h"
 #include "lsmvs/surface/memory_model.h"
 #include "lsmvs/surface/mesher_checkpoints_internal.h"
 #include "lsmvs/surface/point_merging.h"
@@ -41,7 +42,7 @@ class Mesher {
   VisibilityMesherResult Run() {
     const RunContext& all = context_;
     // Parts as measured on clouds of 1 to 5 million points.
-    Time("merging", [&] { Merge(all.Part(0, 0.27)); });
+    MergeAndFilter(all.Part(0, 0.27));
     if (merged_.positions.empty()) {
       return Fail(VisibilityMesherStatus::kNoPoints, "no point that a view sees: nothing to mesh");
     }
@@ -78,26 +79,42 @@ class Mesher {
     result_.seconds.emplace_back(name, seconds.count());
   }
 
-  void Merge(const RunContext& context) {
+  void MergeAndFilter(const RunContext& context) {
     if (checkpoints_.HasMerged()) {
-      checkpoints_.ReadMerged(&result_.counters, &merged_);
+      Time("merging", [&] { checkpoints_.ReadMerged(&result_.counters, &merged_); });
       return;
     }
-    VisibilityCloud cloud = read_cloud_();
-    cloud.CheckConsistent(scene_.views.size());
-    result_.counters.num_points = size_.num_points = cloud.size();
-    size_.num_view_entries = cloud.view_idxs.size();
-    CheckBudget(size_.MergingBytes());
-    const PointMergingOptions merging{options_.max_proj_dist, options_.max_depth_dist,
-                                      options_.visibility_sigma, options_.find_free_points};
-    merged_ = MergePoints(scene_, cloud, merging, context);
-    cloud = {};
-    result_.counters.num_ignored_points = merged_.num_ignored_points;
+    Time("merging", [&] { Merge(context); });
+    if (options_.filter_levels > 0) Time("filter", [&] { Filter(); });
     result_.counters.num_vertices = size_.num_vertices = merged_.positions.size();
     size_.num_sights = merged_.sights.size();
     result_.predicted_peak_bytes = size_.PeakBytes();
     CheckBudget(result_.predicted_peak_bytes);
     checkpoints_.WriteMerged(result_.counters, &merged_);
+  }
+
+  PointMergingOptions Merging() const {
+    return {options_.max_proj_dist, options_.max_depth_dist, options_.visibility_sigma,
+            options_.find_free_points};
+  }
+
+  void Merge(const RunContext& context) {
+    VisibilityCloud cloud = read_cloud_();
+    cloud.CheckConsistent(scene_.views.size());
+    result_.counters.num_points = size_.num_points = cloud.size();
+    size_.num_view_entries = cloud.view_idxs.size();
+    CheckBudget(size_.MergingBytes());
+    merged_ = MergePoints(scene_, cloud, Merging(), context);
+    result_.counters.num_ignored_points = merged_.num_ignored_points;
+  }
+
+  void Filter() {
+    const FreeSpaceFilterOptions filter{options_.filter_levels, Merging(), Weights(),
+                                        CellsAtOnce()};
+    // Reports no progress of its own: it takes a tenth of the time.
+    RunContext context = context_;
+    context.set_progress(nullptr);
+    result_.counters.num_filtered_vertices = FilterFreeSpace(scene_, filter, context, &merged_);
   }
 
   // Which cells are empty and which full.
@@ -131,12 +148,14 @@ class Mesher {
         size_.num_points, FormatBytes(bytes), FormatBytes(context_.memory_budget_bytes), advice));
   }
 
+  VisibilityWeightOptions Weights() const {
+    return {options_.distance_sigma_factor, options_.sink_distance_factor,
+            options_.quality_regularization};
+  }
+
   void Weigh(const RunContext& context) {
-    const VisibilityWeightOptions weights{options_.distance_sigma_factor,
-                                          options_.sink_distance_factor,
-                                          options_.quality_regularization};
     checkpoints_.LoadSights(&merged_);
-    const RayCounters counters = WeighCells(scene_, merged_, weights, context, &complex_);
+    const RayCounters counters = WeighCells(scene_, merged_, Weights(), context, &complex_);
     checkpoints_.DropSights(&merged_);
     result_.counters.num_rays = counters.num_rays;
     result_.counters.num_crossings = counters.num_crossings;

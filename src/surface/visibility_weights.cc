@@ -126,6 +126,7 @@ RayCounters WeighCells(const Scene& scene, const MergedCloud& cloud,
   }
   weights.sigmas = VertexSigmas(*complex, options.distance_sigma_factor, context);
   weights.sink_distance_factor = options.sink_distance_factor;
+  weights.sink_weight = options.sink_weight;
   WeighQuality(options.quality_regularization, context, complex);
   const RayCounters counters = WeighRays(cloud, weights, context, complex);
   JoinTerminals(complex);

@@ -12,6 +12,7 @@ struct VisibilityWeightOptions {
   double distance_sigma_factor = 0;
   double sink_distance_factor = 0;
   double quality_regularization = 0;
+  double sink_weight = 1;  // of what a sight says of the space behind it, against that before it
 };
 
 // Fills the capacities of the complex' cells from what the views saw (method of
@@ -20,7 +21,7 @@ struct VisibilityWeightOptions {
 //    w (1 - exp(-d^2 / (2 sigma^2))) in the direction from the view to p;
 //  - the cell that holds the centre is tied to the source; if the ray leaves the hull, the cell at
 //  infinity gets w from it;
-//  - the cell at sink_distance_factor * sigma behind p gets w to the sink.
+//  - the cell at sink_distance_factor * sigma behind p gets sink_weight * w to the sink.
 // Every facet between tetrahedra gets quality_regularization * (1 - min(cos phi, cos psi)) in both
 // directions, phi and psi the angles that its plane makes with the circumspheres of its two cells.
 // Weights are added as integers and saturate at CutNode::kMaxCapacity, so that the sums do not

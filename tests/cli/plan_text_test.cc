@@ -87,6 +87,21 @@ TEST(CheckPlanFits, NamesTheStageAndASizeThatFits) {
   EXPECT_THAT(Refusal(header, 2400), AllOf(HasSubstr("fewer photos"), Not(HasSubstr("size 0"))));
 }
 
+// The mesher has no photos to make smaller.
+TEST(CheckPlanFits, AdvisesASurfaceAloneOnItsOwnOptions) {
+  PlanHeader header = MakeHeader();
+  header.memory_allowed_bytes = 850'000'000;
+  RunPlan plan;
+  plan.stages = {Stage("visibility_mesher", 0, 1, 1, {10, 3'000'000'000})};
+  try {
+    CheckPlanFits(header, plan, 2400);
+    FAIL() << "it is not refused";
+  } catch (const MemoryError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("--bounding_box"), HasSubstr("max_proj_dist"),
+                                    HasSubstr("--max_memory"), Not(HasSubstr("max_image_size"))));
+  }
+}
+
 TEST(CheckPlanFitsDisk, NamesWhatIsFreeAndASizeThatFits) {
   const PlanHeader header = MakeHeader();
   EXPECT_NO_THROW(CheckPlanFitsDisk(header, MakePlan(), 8'000'000'000, 2400));

@@ -69,6 +69,28 @@ TEST_F(FusedCloudTest, ReadsWhatItWrote) {
   ExpectSameCloud(read.cloud, cloud_);
 }
 
+// Views behind those of the cloud that is there, points without position left out.
+TEST_F(FusedCloudTest, AppendsAsOneCloudBehindTheOther) {
+  VisibilityCloud expected = cloud_;
+  VisibilityCloud moved = cloud_;
+  const auto num_views = static_cast<uint32_t>(data_.scene.views.size());
+  for (uint32_t& view_idx : moved.view_idxs) view_idx += num_views;
+  expected.Append(moved);
+  VisibilityCloud holed;
+  holed.Add(Eigen::Vector3f::Constant(std::nanf("")), {0, 0, 1}, Color::Zero(),
+            std::vector<uint32_t>{0, 1});
+  holed.Append(cloud_);
+  WriteFusedCloud(path_, holed, data_.scene);
+  VisibilityCloud read;
+  for (const uint32_t first_view : {0u, num_views}) {
+    const AppendedCloud appended =
+        AppendFusedCloud(path_, data_.scene, data_.workspace, first_view, &read);
+    EXPECT_EQ(appended.num_dropped, 1u);
+    EXPECT_THAT(appended.message, HasSubstr("1 points without finite position"));
+  }
+  ExpectSameCloud(read, expected);
+}
+
 TEST_F(FusedCloudTest, BytesAreColmaps) {
   VisibilityCloud cloud;
   const std::vector<uint32_t> views = {1, 4};

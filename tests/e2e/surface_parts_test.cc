@@ -14,6 +14,7 @@
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/synthetic/town.h"
 #include "lsmvs/test_support/temporary_folder.h"
+#include "lsmvs/test_support/test_data.h"
 #include "lsmvs/util/scratch_memory.h"
 #include "parts_support.h"
 #include "plan_figures.h"
@@ -251,6 +252,44 @@ TEST_F(SurfaceParts, FilteredCloudHasTheOutliersRemoved) {
   EXPECT_LT(after.size(), before.size());
   EXPECT_GT(count_far(before), 1000u);
   EXPECT_LT(count_far(after), count_far(before) / 10);
+}
+
+// The filter works in parts, too: same mesh, same cloud.
+TEST_F(SurfaceParts, FilterOnCoarseLevelsGivesTheSameBytesInParts) {
+  SKIP_WITH_SANITIZERS;
+  const auto mesh = [&](const std::string& name, const std::string& num_parts) {
+    const ProgramResult result =
+        Mesh(name + ".ply", {"--VisibilityMeshing.filter_levels", "2", "--filtered_cloud_path",
+                             Path(name + ".cloud.ply").string(), "--num_parts", num_parts,
+                             "--num_threads", num_parts == "2" ? "1" : "2"});
+    ExpectSuccess(result);
+    EXPECT_GT(CountOf(folder_->path(), Path(name + ".ply"), "filtered_vertices"), 0);
+  };
+  mesh("levels", "1");
+  for (const std::string num_parts : {"2", "7"}) {
+    const std::string name = "levels" + num_parts;
+    mesh(name, num_parts);
+    ExpectSameMesh(name + ".ply", "levels.ply");
+    ExpectSameMesh(name + ".cloud.ply", "levels.cloud.ply");
+  }
+}
+
+// A cloud of another program, with vertices far apart, so that it takes little time.
+TEST(SurfacePartsOfRealScene, GiveTheBytesOfTheWhole) {
+  SKIP_WITH_SANITIZERS;
+  LSMVS_REQUIRE_SCENE("fountain-P11-fused");
+  const TemporaryFolder folder;
+  fs::copy(TestDataFolder() / "fountain-P11-fused", folder.path(), fs::copy_options::recursive);
+  const auto mesh = [&](const std::string& output, const std::string& num_parts) {
+    ExpectSuccess(
+        RunProgram("lsmvs", {"visibility_mesher", "--input_path", folder.path().string(),
+                             "--output_path", (folder.path() / output).string(), "--num_parts",
+                             num_parts, "--VisibilityMeshing.max_proj_dist", "6"}));
+    return ReadBytes(folder.path() / output) + ReadBytes(folder.path() / (output + ".vis"));
+  };
+  const std::string whole = mesh("whole.ply", "1");
+  EXPECT_GT(whole.size(), size_t{1} << 20);
+  EXPECT_TRUE(mesh("parts.ply", "7") == whole);
 }
 
 }  // namespace

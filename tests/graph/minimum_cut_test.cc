@@ -177,7 +177,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, RandomCuts,
                                          GraphShape{500, 1 << 20, 0.7, 0.5}));
 
 // The graph that a scene's rays make of its tetrahedra, as it is cut to make a surface.
-Nodes SceneGraph(ShapeName shape, double outlier_fraction) {
+Nodes SceneGraph(ShapeName shape, double outlier_fraction, double quality_regularization = 1) {
   const RunContext context(1);
   const SyntheticScene scene = MakeScene(shape, 10, 160, 120);
   SampledCloudOptions sampling;
@@ -188,7 +188,9 @@ Nodes SceneGraph(ShapeName shape, double outlier_fraction) {
                   {.max_proj_dist = 2, .max_depth_dist = 0.01, .visibility_sigma = 3}, context);
   CellComplex complex = BuildDelaunay(std::exchange(merged.positions, {}));
   WeighCells(scene.scene, merged,
-             {.distance_sigma_factor = 1, .sink_distance_factor = 0.5, .quality_regularization = 1},
+             {.distance_sigma_factor = 1,
+              .sink_distance_factor = 0.5,
+              .quality_regularization = quality_regularization},
              context, &complex);
   return {complex.cells.begin(), complex.cells.end()};
 }
@@ -200,6 +202,20 @@ TEST(MinimumCut, GraphsOfScenes) {
       const Nodes graph = SceneGraph(shape, outlier_fraction);
       EXPECT_GT(graph.size(), 1000u);
       ExpectMinimumCut(graph);
+    }
+  }
+}
+
+// Labels do not depend on the parts, whatever facets weigh against rays.
+TEST(MinimumCut, GraphsOfScenesInPartsAtAnyQualityWeight) {
+  for (const ShapeName shape :
+       {ShapeName::kSphere, ShapeName::kTorus, ShapeName::kThinWalls, ShapeName::kTerrain}) {
+    for (const double quality_regularization : {0.05, 0.7, 7.0}) {
+      const Nodes graph = SceneGraph(shape, 0.5, quality_regularization);
+      Nodes whole = graph;
+      const int64_t flow = MaximizeFlow(&whole, RunContext(1));
+      EXPECT_EQ(flow, CutValue(graph, whole));
+      ExpectSameCutInParts(graph, whole, flow);
     }
   }
 }

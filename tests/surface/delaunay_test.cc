@@ -3,6 +3,7 @@
 #include <CGAL/Triangulation_vertex_base_with_info_3.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <random>
@@ -159,6 +160,39 @@ TEST(Delaunay, NothingWithoutVolume) {
   }
   EXPECT_TRUE(BuildDelaunay(line).cells.empty());
   EXPECT_TRUE(BuildDelaunay(plane).cells.empty());
+}
+
+// The oracle's answer, wherever the walk starts.
+TEST(Delaunay, LocatesPoints) {
+  const CellComplex complex = BuildDelaunay(InHilbertOrder(RandomPoints(500, 3)));
+  const auto volume = [&](const Cell& cell, int moved, const Eigen::Vector3f& x) {
+    std::array<Eigen::Vector3d, 4> corners;
+    for (int k = 0; k < 4; ++k) {
+      corners[k] = (k == moved ? x : complex.points[cell.vertex[k]]).cast<double>();
+    }
+    return (corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(corners[3] - corners[0]);
+  };
+  size_t num_inside = 0;
+  for (const Eigen::Vector3f& point : RandomPoints(300, 4)) {
+    const Eigen::Vector3f x = 1.2f * point;
+    int32_t holder = -1;
+    for (size_t c = 0; c < complex.num_finite_cells; ++c) {
+      bool inside = true;
+      for (int k = 0; k < 4; ++k) inside = inside && volume(complex.cells[c], k, x) > 0;
+      if (inside) holder = static_cast<int32_t>(c);
+    }
+    for (const size_t start : {size_t{0}, complex.cells.size() / 2, complex.cells.size() - 1}) {
+      const int32_t found = LocateCell(complex, x, static_cast<int32_t>(start));
+      if (holder >= 0) {
+        EXPECT_EQ(found, holder);
+      } else {
+        EXPECT_TRUE(complex.IsInfinite(found));
+      }
+    }
+    num_inside += holder >= 0;
+  }
+  EXPECT_GT(num_inside, 50u);
+  EXPECT_LT(num_inside, 300u);
 }
 
 }  // namespace
