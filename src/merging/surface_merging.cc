@@ -38,6 +38,25 @@ class SurfaceMerger {
       : whole_{&first, &second}, options_(options), context_(context), counters_(*counters) {}
 
   SourcedMesh Run() {
+    CompareMeshes();
+    counters_.num_conflict_faces += sides_[0]->num_conflict_faces + sides_[1]->num_conflict_faces;
+    counters_.conflicts = Conflicts();
+    for (const ConflictPoint& conflict : counters_.conflicts) {
+      counters_.trouble.push_back(conflict.position);
+    }
+    kept_[0] = LabelFirstSurface(*sides_[0], *sides_[1], SeamChoice(), context_);
+    context_.Report(0.5);
+    Refine();
+    kept_[1] = LabelSecondSurface(*sides_[0], *sides_[1], kept_[0], kClearance, context_);
+    for (int side = 0; side < 2; ++side) SmoothRim(bands_[side], kMinPieceFaces, &kept_[side]);
+    Blend();
+    context_.Report(0.8);
+    Join();
+    context_.Report(0.95);
+    return Assemble();
+  }
+
+  void CompareMeshes() {
     edge_ = CoarserEdgeLength(*whole_[0], *whole_[1]);
     for (int side = 0; side < 2; ++side) {
       in_band_[side] = FacesNear(whole_[side]->mesh, whole_[1 - side]->mesh, kReach * edge_);
@@ -53,31 +72,23 @@ class SurfaceMerger {
       }
     }
     Compare();
-    counters_.num_conflict_faces += sides_[0]->num_conflict_faces + sides_[1]->num_conflict_faces;
+  }
+
+  std::vector<ConflictPoint> Conflicts() const {
+    std::vector<ConflictPoint> conflicts;
     for (const auto& side : sides_) {
       for (size_t v = 0; v < side->states.size(); ++v) {
         if (side->states[v] != VertexState::kConflict) continue;
-        counters_.trouble.push_back(side->surface->mesh().vertices[v]);
+        conflicts.push_back({side->surface->mesh().vertices[v], side->first_wins[v] != 0});
       }
     }
-    kept_[0] = LabelFirstSurface(*sides_[0], *sides_[1], SeamChoice(), context_);
-    context_.Report(0.5);
-    Refine();
-    kept_[1] = LabelSecondSurface(*sides_[0], *sides_[1], kept_[0], options_.first_wins_conflicts,
-                                  kClearance, context_);
-    for (int side = 0; side < 2; ++side) SmoothRim(bands_[side], kMinPieceFaces, &kept_[side]);
-    Blend();
-    context_.Report(0.8);
-    Join();
-    context_.Report(0.95);
-    return Assemble();
+    return conflicts;
   }
 
  private:
   SeamOptions SeamChoice() const {
     SeamOptions choice;
     choice.inset = options_.inset;
-    choice.first_wins_conflicts = options_.first_wins_conflicts;
     return choice;
   }
 
@@ -96,6 +107,7 @@ class SurfaceMerger {
     for (int side = 0; side < 2; ++side) {
       sides_[side]->Classify(*sides_[1 - side], options_.inset, options_.max_edges, context_);
     }
+    DecideConflicts(options_.worth, options_.max_edges, sides_[0].get(), sides_[1].get());
   }
 
   // Flags of the whole's vertices for those of the band; a vertex that was added takes its
@@ -385,6 +397,15 @@ class SurfaceMerger {
 };
 
 }  // namespace
+
+std::vector<ConflictPoint> FindConflicts(const SourcedMesh& first, const SourcedMesh& second,
+                                         const SurfaceMergingOptions& options,
+                                         const RunContext& context) {
+  SurfaceMergingCounters counters;
+  SurfaceMerger merger(first, second, options, context, &counters);
+  merger.CompareMeshes();
+  return merger.Conflicts();
+}
 
 double CoarserEdgeLength(const SourcedMesh& first, const SourcedMesh& second) {
   return std::max(MeanEdgeLength(first.mesh), MeanEdgeLength(second.mesh));
