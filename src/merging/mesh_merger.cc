@@ -222,12 +222,32 @@ class Merger {
     if (patch.mesh.faces.empty()) return MergeSurfaces(first, second, options, context, counters);
     patch.is_preferred.assign(patch.mesh.vertices.size(), 1);
     SurfaceMergingOptions join = options;
-    join.in_free_space = nullptr;  // the patch has decided
+    join.in_free_space = LostVertices(conflicts);  // the patch has decided
     join.worth = nullptr;
     SourcedMesh merged = MergeSurfaces(patch, first, join, context, counters);
     merged = MergeSurfaces(merged, second, join, context, counters);
     merged.is_preferred.clear();
     return merged;
+  }
+
+  // Tells the vertices that have lost a conflict: what the patch leaves out must not come back.
+  static std::function<std::vector<uint8_t>(const SourcedMesh&, const SourcedMesh&)> LostVertices(
+      const std::vector<ConflictPoint>& conflicts) {
+    const auto is_before = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+      return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+    };
+    std::vector<Eigen::Vector3d> lost;
+    for (const ConflictPoint& conflict : conflicts) {
+      if (conflict.IsLost()) lost.push_back(conflict.position);
+    }
+    std::sort(lost.begin(), lost.end(), is_before);
+    return [lost = std::move(lost), is_before](const SourcedMesh& mesh, const SourcedMesh&) {
+      std::vector<uint8_t> flags(mesh.mesh.vertices.size());
+      for (size_t v = 0; v < flags.size(); ++v) {
+        flags[v] = std::binary_search(lost.begin(), lost.end(), mesh.mesh.vertices[v], is_before);
+      }
+      return flags;
+    };
   }
 
   // Where the meshes contradict each other or could not be zipped, through tetrahedra. The result

@@ -26,8 +26,11 @@ struct SurfaceMergingOptions {
 
 // A place where two meshes contradict each other, and which one is right there.
 struct ConflictPoint {
-  Eigen::Vector3d position;
+  Eigen::Vector3d position;  // of a vertex
+  bool of_first = true;      // whose vertex it is
   bool first_wins = true;
+
+  bool IsLost() const { return of_first != first_wins; }
 };
 
 struct SurfaceMergingCounters {

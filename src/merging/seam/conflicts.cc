@@ -1,8 +1,8 @@
 #include "lsmvs/merging/seam/conflicts.h"
 
+#include <algorithm>
 #include <array>
 #include <map>
-#include <optional>
 
 #include "lsmvs/util/disjoint_sets.h"
 
@@ -26,6 +26,7 @@ class ConflictCourt {
   void Run() {
     for (int side = 0; side < 2; ++side) UniteConflicts(side);
     for (int side = 0; side < 2; ++side) AddWorths(side);
+    if (!sums_.empty()) overall_ = {MeanWorth(0), MeanWorth(1)};
     for (int side = 0; side < 2; ++side) {
       OverlapSide& own = *sides_[side];
       for (size_t v = 0; v < own.states.size(); ++v) {
@@ -106,14 +107,21 @@ class ConflictCourt {
     });
   }
 
-  static bool FirstWins(const Sums& sums) {
-    const auto mean = [&](size_t k) -> std::optional<double> {
+  double MeanWorth(int side) const {
+    double sum = 0;
+    const size_t count = sides_[side]->states.size();
+    for (size_t v = 0; v < count; ++v) sum += WorthOf(side, static_cast<int32_t>(v));
+    return sum / static_cast<double>(std::max<size_t>(count, 1));
+  }
+
+  // A piece of its own has no rim: the whole of the other surface stands against it.
+  bool FirstWins(const Sums& sums) const {
+    const auto mean = [&](size_t k) {
       if (sums.num_inside[k] > 0) return sums.inside[k] / static_cast<double>(sums.num_inside[k]);
       if (sums.num_around[k] > 0) return sums.around[k] / static_cast<double>(sums.num_around[k]);
-      return std::nullopt;
+      return overall_[k];
     };
-    const std::optional<double> first = mean(0), second = mean(1);
-    return !second || (first && *first >= *second);
+    return mean(0) >= mean(1);
   }
 
   const ConflictWorth& worth_;
@@ -122,6 +130,7 @@ class ConflictCourt {
   std::array<size_t, 2> begin_;  // of a side's vertices among the nodes
   DisjointSets groups_;
   std::map<uint32_t, Sums> sums_;  // by group
+  std::array<double, 2> overall_ = {};
 };
 
 }  // namespace

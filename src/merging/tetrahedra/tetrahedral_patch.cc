@@ -275,7 +275,9 @@ class PatchMaker {
         surfaces_[place.side]->frames.edge_length[Index(place.vertex)] * kSameConflict;
     const SurfaceIndex::Hit hit =
         conflicts_.index.Closest(band.mesh.vertices[Index(place.vertex)], edge);
-    return hit.face >= 0 && options_.conflicts[Index(hit.face)].first_wins != (place.side == 0);
+    if (hit.face < 0) return false;
+    const ConflictPoint& conflict = options_.conflicts[Index(hit.face)];
+    return conflict.of_first == (place.side == 0) && conflict.IsLost();
   }
 
   // Source is outside.
