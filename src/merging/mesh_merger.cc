@@ -184,14 +184,15 @@ class Merger {
     SurfaceMergingOptions surface;
     surface.max_edges = kMatchingOffsets * registration.offset_edges + kMatchingMargin;
     surface.inset = options_.inset;
-    surface.first_wins_conflicts = FirstWinsConflicts(first, second);
+    surface.worth = ConflictWorthOf();
     surface.in_free_space = FreeSpaceTest(context);
     SurfaceMergingCounters counters;
     if (options_.method == MergingMethod::kTetrahedra) {
       const double reach = kPatchReach * CoarserEdgeLength(first, second);
       const PatchFaces faces = {FacesNear(first.mesh, second.mesh, reach),
                                 FacesNear(second.mesh, first.mesh, reach)};
-      merged_ = MergeThroughPatch(first, second, faces, surface, context, &counters);
+      const auto conflicts = FindConflicts(first, second, surface, context);
+      merged_ = MergeThroughPatch(first, second, faces, conflicts, surface, context, &counters);
     } else {
       SourcedMesh joined = MergeSurfaces(first, second, surface, context, &counters);
       if (options_.method == MergingMethod::kAuto && !counters.trouble.empty()) {
@@ -207,40 +208,62 @@ class Merger {
   }
 
   // A new surface through tetrahedra in place of the faces, joined to what is left of both meshes.
-  static SourcedMesh MergeThroughPatch(const SourcedMesh& first, const SourcedMesh& second,
-                                       const PatchFaces& faces,
-                                       const SurfaceMergingOptions& options,
-                                       const RunContext& context,
-                                       SurfaceMergingCounters* counters) {
-    const TetrahedralPatchOptions patch_options{options.max_edges, options.first_wins_conflicts};
+  SourcedMesh MergeThroughPatch(const SourcedMesh& first, const SourcedMesh& second,
+                                const PatchFaces& faces,
+                                const std::vector<ConflictPoint>& conflicts,
+                                const SurfaceMergingOptions& options, const RunContext& context,
+                                SurfaceMergingCounters* counters) const {
+    TetrahedralPatchOptions patch_options;
+    patch_options.max_edges = options.max_edges;
+    patch_options.conflicts = conflicts;
+    patch_options.views = views_;
+    patch_options.visit_views = ViewVisitor();
     SourcedMesh patch = MakeTetrahedralPatch(first, second, faces, patch_options, context);
     if (patch.mesh.faces.empty()) return MergeSurfaces(first, second, options, context, counters);
     patch.is_preferred.assign(patch.mesh.vertices.size(), 1);
     SurfaceMergingOptions join = options;
-    join.in_free_space = nullptr;  // the patch has decided
-    join.first_wins_conflicts = true;
+    join.in_free_space = LostVertices(conflicts);  // the patch has decided
+    join.worth = nullptr;
     SourcedMesh merged = MergeSurfaces(patch, first, join, context, counters);
     merged = MergeSurfaces(merged, second, join, context, counters);
     merged.is_preferred.clear();
     return merged;
   }
 
+  // Tells the vertices that have lost a conflict: what the patch leaves out must not come back.
+  static std::function<std::vector<uint8_t>(const SourcedMesh&, const SourcedMesh&)> LostVertices(
+      const std::vector<ConflictPoint>& conflicts) {
+    const auto is_before = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+      return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+    };
+    std::vector<Eigen::Vector3d> lost;
+    for (const ConflictPoint& conflict : conflicts) {
+      if (conflict.IsLost()) lost.push_back(conflict.position);
+    }
+    std::sort(lost.begin(), lost.end(), is_before);
+    return [lost = std::move(lost), is_before](const SourcedMesh& mesh, const SourcedMesh&) {
+      std::vector<uint8_t> flags(mesh.mesh.vertices.size());
+      for (size_t v = 0; v < flags.size(); ++v) {
+        flags[v] = std::binary_search(lost.begin(), lost.end(), mesh.mesh.vertices[v], is_before);
+      }
+      return flags;
+    };
+  }
+
   // Where the meshes contradict each other or could not be zipped, through tetrahedra. The result
   // is taken if it is not worse.
-  static void MendTrouble(const SourcedMesh& first, const SourcedMesh& second,
-                          const SurfaceMergingOptions& options, const RunContext& context,
-                          SourcedMesh* joined, SurfaceMergingCounters* counters) {
+  void MendTrouble(const SourcedMesh& first, const SourcedMesh& second,
+                   const SurfaceMergingOptions& options, const RunContext& context,
+                   SourcedMesh* joined, SurfaceMergingCounters* counters) const {
     TriangleMesh trouble;
     trouble.vertices = counters->trouble;
-    for (size_t i = 0; i < trouble.vertices.size(); ++i) {
-      trouble.faces.push_back(Eigen::Vector3i::Constant(static_cast<int>(i)));
-    }
+    trouble.faces = PointFaces(trouble.vertices.size());
     const double reach = kPatchReach * CoarserEdgeLength(first, second);
     const PatchFaces faces = {FacesNear(first.mesh, trouble, reach),
                               FacesNear(second.mesh, trouble, reach)};
     SurfaceMergingCounters mended_counters;
-    SourcedMesh mended =
-        MergeThroughPatch(first, second, faces, options, context, &mended_counters);
+    SourcedMesh mended = MergeThroughPatch(first, second, faces, counters->conflicts, options,
+                                           context, &mended_counters);
     const auto faults = [](const SurfaceMergingCounters& c) {
       return c.num_open_edges + c.num_crossings;
     };
@@ -250,50 +273,51 @@ class Merger {
     *counters = std::move(mended_counters);
   }
 
-  // Nothing without views.
-  std::function<std::vector<uint8_t>(const SourcedMesh&, const SourcedMesh&)> FreeSpaceTest(
-      const RunContext& context) const {
-    const bool has_views = std::all_of(inputs_.begin(), inputs_.end(),
-                                       [](const MergingInput& i) { return !i.view_begin.empty(); });
-    if (!has_views || views_.empty()) return nullptr;
-    return [this, &context](const SourcedMesh& mesh, const SourcedMesh& other) {
-      const auto visit_views = [this](const VertexSource& source,
-                                      const std::function<void(uint32_t)>& visit) {
-        const MergingInput& input = inputs_[Index(source.input)];
-        const size_t v = Index(source.vertex);
-        for (uint64_t k = input.view_begin[v]; k < input.view_begin[v + 1]; ++k) {
-          visit(input.view_idxs[k]);
-        }
-      };
-      const double margin = kFreeSpaceMargin * CoarserEdgeLength(mesh, other);
-      return FindVerticesInFreeSpace(mesh.mesh, other, views_, visit_views, margin, context);
+  VisitViews ViewVisitor() const {
+    return [this](const VertexSource& source, const std::function<void(uint32_t)>& visit) {
+      const MergingInput& input = inputs_[Index(source.input)];
+      if (input.view_begin.empty()) return;
+      const size_t v = Index(source.vertex);
+      for (uint64_t k = input.view_begin[v]; k < input.view_begin[v + 1]; ++k) {
+        visit(input.view_idxs[k]);
+      }
     };
   }
 
-  double MeanNumViews(const SourcedMesh& mesh) const {
-    double sum = 0;
-    for (const VertexSource& source : mesh.sources) {
-      const auto& begin = inputs_[Index(source.input)].view_begin;
-      if (begin.empty()) return -1;
-      sum += static_cast<double>(begin[Index(source.vertex) + 1] - begin[Index(source.vertex)]);
-    }
-    return sum / static_cast<double>(mesh.sources.size());
+  // Nothing without views.
+  std::function<std::vector<uint8_t>(const SourcedMesh&, const SourcedMesh&)> FreeSpaceTest(
+      const RunContext& context) const {
+    if (views_.empty() || std::none_of(inputs_.begin(), inputs_.end(), HasViews)) return nullptr;
+    return [this, &context](const SourcedMesh& mesh, const SourcedMesh& other) {
+      const double margin = kFreeSpaceMargin * CoarserEdgeLength(mesh, other);
+      return FindVerticesInFreeSpace(mesh.mesh, other, views_, ViewVisitor(), margin, context);
+    };
   }
 
-  int64_t NewestTime(const SourcedMesh& mesh) const {
-    int64_t newest = std::numeric_limits<int64_t>::min();
-    for (const VertexSource& source : mesh.sources) {
-      newest = std::max(newest, inputs_[Index(source.input)].modification_time);
-    }
-    return newest;
-  }
+  static bool HasViews(const MergingInput& input) { return !input.view_begin.empty(); }
 
-  bool FirstWinsConflicts(const SourcedMesh& first, const SourcedMesh& second) const {
+  ConflictWorth ConflictWorthOf() const {
     if (options_.conflict_winner == ConflictWinner::kNewer) {
-      return NewestTime(first) >= NewestTime(second);
+      return [this](const VertexSource& source, double) {
+        return static_cast<double>(AgeRank(inputs_[Index(source.input)]));
+      };
     }
-    const double views = MeanNumViews(first), other_views = MeanNumViews(second);
-    return views < 0 || other_views < 0 || views >= other_views;
+    if (!std::all_of(inputs_.begin(), inputs_.end(), HasViews)) {
+      return [](const VertexSource&, double edge_length) { return -edge_length; };
+    }
+    return [this](const VertexSource& source, double) {
+      const std::vector<uint64_t>& begin = inputs_[Index(source.input)].view_begin;
+      const size_t v = Index(source.vertex);
+      return static_cast<double>(begin[v + 1] - begin[v]);
+    };
+  }
+
+  // The number of inputs that are older.
+  size_t AgeRank(const MergingInput& input) const {
+    return static_cast<size_t>(
+        std::count_if(inputs_.begin(), inputs_.end(), [&](const MergingInput& other) {
+          return other.modification_time < input.modification_time;
+        }));
   }
 
   MergedMesh Finish() {
@@ -314,8 +338,7 @@ class Merger {
   }
 
   void AddMessages() {
-    const auto has_views = [](const MergingInput& input) { return !input.view_begin.empty(); };
-    const auto num_with_views = std::count_if(inputs_.begin(), inputs_.end(), has_views);
+    const auto num_with_views = std::count_if(inputs_.begin(), inputs_.end(), HasViews);
     if (num_with_views > 0 && static_cast<size_t>(num_with_views) < inputs_.size()) {
       messages_.push_back("not all meshes have views: the result has none");
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <unordered_set>
 #include <utility>
 
 #include "lsmvs/merging/seam/blending.h"
@@ -10,6 +11,7 @@
 #include "lsmvs/merging/zip/untangling.h"
 #include "lsmvs/merging/zip/zipper.h"
 #include "lsmvs/mesh/edge_lengths.h"
+#include "lsmvs/mesh/face_neighbors.h"
 #include "lsmvs/mesh/face_sides.h"
 #include "lsmvs/mesh/repair.h"
 
@@ -27,6 +29,7 @@ constexpr double kCoarse = 16;
 constexpr double kClearance = 0.6;
 constexpr size_t kMinPieceFaces = 40;
 constexpr double kMaxRoundingPart = 1e-4;
+constexpr int kMaxRestorings = 3;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -38,6 +41,25 @@ class SurfaceMerger {
       : whole_{&first, &second}, options_(options), context_(context), counters_(*counters) {}
 
   SourcedMesh Run() {
+    CompareMeshes();
+    counters_.num_conflict_faces += sides_[0]->num_conflict_faces + sides_[1]->num_conflict_faces;
+    counters_.conflicts = Conflicts();
+    for (const ConflictPoint& conflict : counters_.conflicts) {
+      counters_.trouble.push_back(conflict.position);
+    }
+    kept_[0] = LabelFirstSurface(*sides_[0], *sides_[1], SeamChoice(), context_);
+    context_.Report(0.5);
+    Refine();
+    kept_[1] = LabelSecondSurface(*sides_[0], *sides_[1], kept_[0], kClearance, context_);
+    for (int side = 0; side < 2; ++side) SmoothRim(bands_[side], kMinPieceFaces, &kept_[side]);
+    Blend();
+    context_.Report(0.8);
+    Join();
+    context_.Report(0.95);
+    return Assemble();
+  }
+
+  void CompareMeshes() {
     edge_ = CoarserEdgeLength(*whole_[0], *whole_[1]);
     for (int side = 0; side < 2; ++side) {
       in_band_[side] = FacesNear(whole_[side]->mesh, whole_[1 - side]->mesh, kReach * edge_);
@@ -53,31 +75,24 @@ class SurfaceMerger {
       }
     }
     Compare();
-    counters_.num_conflict_faces += sides_[0]->num_conflict_faces + sides_[1]->num_conflict_faces;
-    for (const auto& side : sides_) {
-      for (size_t v = 0; v < side->states.size(); ++v) {
-        if (side->states[v] != VertexState::kConflict) continue;
-        counters_.trouble.push_back(side->surface->mesh().vertices[v]);
+  }
+
+  std::vector<ConflictPoint> Conflicts() const {
+    std::vector<ConflictPoint> conflicts;
+    for (size_t k = 0; k < 2; ++k) {
+      const OverlapSide& side = *sides_[k];
+      for (size_t v = 0; v < side.states.size(); ++v) {
+        if (side.states[v] != VertexState::kConflict) continue;
+        conflicts.push_back({side.surface->mesh().vertices[v], k == 0, side.first_wins[v] != 0});
       }
     }
-    kept_[0] = LabelFirstSurface(*sides_[0], *sides_[1], SeamChoice(), context_);
-    context_.Report(0.5);
-    Refine();
-    kept_[1] = LabelSecondSurface(*sides_[0], *sides_[1], kept_[0], options_.first_wins_conflicts,
-                                  kClearance, context_);
-    for (int side = 0; side < 2; ++side) SmoothRim(bands_[side], kMinPieceFaces, &kept_[side]);
-    Blend();
-    context_.Report(0.8);
-    Join();
-    context_.Report(0.95);
-    return Assemble();
+    return conflicts;
   }
 
  private:
   SeamOptions SeamChoice() const {
     SeamOptions choice;
     choice.inset = options_.inset;
-    choice.first_wins_conflicts = options_.first_wins_conflicts;
     return choice;
   }
 
@@ -96,6 +111,7 @@ class SurfaceMerger {
     for (int side = 0; side < 2; ++side) {
       sides_[side]->Classify(*sides_[1 - side], options_.inset, options_.max_edges, context_);
     }
+    DecideConflicts(options_.worth, options_.max_edges, sides_[0].get(), sides_[1].get());
   }
 
   // Flags of the whole's vertices for those of the band; a vertex that was added takes its
@@ -200,18 +216,10 @@ class SurfaceMerger {
   }
 
   void Join() {
-    Combine();
-    ZipProblem problem;
-    problem.mesh = &joined_;
-    problem.side = side_of_;
-    problem.edge_length = edge_length_;
-    problem.normal = normal_;
-    problem.old_border = old_border_;
-    problem.cut_edges = cut_edges_;
-    const ZipResult zip = ZipRims(problem);
+    const ZipResult zip = ZipWithoutGap();
     counters_.num_new_faces += zip.faces.size();
-    counters_.num_open_edges += zip.open_vertices.size();
-    AddTrouble(zip.open_vertices);
+    counters_.num_open_edges += zip.open_edges.size();
+    for (const auto& edge : zip.open_edges) AddTrouble({edge[0]});
     num_old_faces_ = joined_.faces.size();
     joined_.faces.insert(joined_.faces.end(), zip.faces.begin(), zip.faces.end());
     std::vector<int32_t> crossings =
@@ -224,8 +232,106 @@ class SurfaceMerger {
     AddTrouble(crossings);
   }
 
+  // Faces that were dropped come back where the zip found no partner for a rim, as far as the other
+  // surface does not cover them.
+  ZipResult ZipWithoutGap() {
+    ZipResult zip = Zip();
+    for (int round = 0; round < kMaxRestorings && !zip.open_edges.empty(); ++round) {
+      const auto kept_before = kept_;
+      if (!RestoreAtOpenEdges(zip)) break;
+      ZipResult again = Zip();
+      if (again.open_edges.size() < zip.open_edges.size()) {
+        zip = std::move(again);
+        continue;
+      }
+      kept_ = kept_before;
+      return Zip();
+    }
+    return zip;
+  }
+
+  ZipResult Zip() {
+    Combine();
+    ZipProblem problem;
+    problem.mesh = &joined_;
+    problem.side = side_of_;
+    problem.edge_length = edge_length_;
+    problem.normal = normal_;
+    problem.old_border = old_border_;
+    problem.cut_edges = cut_edges_;
+    return ZipRims(problem);
+  }
+
+  bool RestoreAtOpenEdges(const ZipResult& zip) {
+    std::array<std::vector<uint64_t>, 2> rims;  // open edges by vertices of the band
+    std::vector<int32_t> band_vertex(joined_.vertices.size(), -1);
+    for (int side = 0; side < 2; ++side) {
+      for (size_t v = 0; v < place_[side].size(); ++v) {
+        if (place_[side][v] >= 0) band_vertex[Index(place_[side][v])] = static_cast<int32_t>(v);
+      }
+    }
+    for (const auto& [a, b] : zip.open_edges) {
+      rims[side_of_[Index(a)]].push_back(EdgeKey(band_vertex[Index(a)], band_vertex[Index(b)]));
+    }
+    bool has_changed = false;
+    for (int side = 0; side < 2; ++side) {
+      if (!rims[side].empty()) has_changed |= RestoreBeyond(side, rims[side], zip);
+    }
+    return has_changed;
+  }
+
+  // Ring by ring from the rim's edges on.
+  bool RestoreBeyond(int side, const std::vector<uint64_t>& rim, const ZipResult& zip) {
+    const TriangleMesh& mesh = bands_[side].mesh;
+    std::vector<Eigen::Vector3i> others = zip.faces;
+    for (size_t f = 0; f < joined_.faces.size(); ++f) {
+      if (face_side_[f] != side) others.push_back(joined_.faces[f]);
+    }
+    const SurfaceIndex index(joined_.vertices, others);
+    const auto is_covered = [&](size_t f) {
+      Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+      double edge = 0;
+      for (const int v : mesh.faces[f]) {
+        middle += (mesh.vertices[Index(v)] + displacements_[side][Index(v)]) / 3;
+        edge += surfaces_[side]->frames.edge_length[Index(v)] / 3;
+        const bool is_over = sides_[side]->states[Index(v)] == VertexState::kOver;
+        if (is_over && kept_[1 - side][Index(sides_[side]->matches[Index(v)].face)]) return true;
+      }
+      return index.Closest(middle, kClearance * edge).face >= 0;
+    };
+    const FaceNeighbors neighbors = FindFaceNeighbors(mesh.faces, mesh.vertices.size());
+    std::vector<size_t> waiting;
+    const std::unordered_set<uint64_t> edges(rim.begin(), rim.end());
+    for (size_t f = 0; f < mesh.faces.size(); ++f) {
+      const Eigen::Vector3i& face = mesh.faces[f];
+      for (int k = 0; k < 3 && !kept_[side][f]; ++k) {
+        if (!edges.contains(EdgeKey(face[k], face[(k + 1) % 3]))) continue;
+        waiting.push_back(f);
+        break;
+      }
+    }
+    bool has_changed = false;
+    while (!waiting.empty()) {
+      const size_t f = waiting.back();
+      waiting.pop_back();
+      if (kept_[side][f] || is_covered(f)) continue;
+      kept_[side][f] = 1;
+      has_changed = true;
+      for (const int32_t other : neighbors[f]) {
+        if (other >= 0 && !kept_[side][Index(other)]) waiting.push_back(Index(other));
+      }
+    }
+    return has_changed;
+  }
+
   // What is kept of both bands, as one mesh; displaced.
   void Combine() {
+    joined_ = {};
+    for (auto* flags : {&face_side_, &side_of_, &has_moved_, &may_move_, &is_free_}) flags->clear();
+    edge_length_.clear();
+    normal_.clear();
+    old_border_.clear();
+    cut_edges_.clear();
     for (int side = 0; side < 2; ++side) {
       const MeshBand& band = bands_[side];
       std::vector<uint8_t> used(band.mesh.vertices.size(), 0);
@@ -385,6 +491,15 @@ class SurfaceMerger {
 };
 
 }  // namespace
+
+std::vector<ConflictPoint> FindConflicts(const SourcedMesh& first, const SourcedMesh& second,
+                                         const SurfaceMergingOptions& options,
+                                         const RunContext& context) {
+  SurfaceMergingCounters counters;
+  SurfaceMerger merger(first, second, options, context, &counters);
+  merger.CompareMeshes();
+  return merger.Conflicts();
+}
 
 double CoarserEdgeLength(const SourcedMesh& first, const SourcedMesh& second) {
   return std::max(MeanEdgeLength(first.mesh), MeanEdgeLength(second.mesh));

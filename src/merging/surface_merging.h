@@ -7,6 +7,7 @@
 
 #include "lsmvs/merging/overlap/mesh_band.h"
 #include "lsmvs/merging/overlap/overlap.h"
+#include "lsmvs/merging/seam/conflicts.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
@@ -14,13 +15,22 @@ namespace lsmvs {
 struct SurfaceMergingOptions {
   // Edge lengths within which two surfaces are taken for the same one.
   double max_edges = 6;
-  // Whether patches of the first mesh that contradict the second stay, and those of the second go.
-  bool first_wins_conflicts = true;
+  // Which mesh is right where both contradict each other; empty: the first.
+  ConflictWorth worth;
   // Given a mesh and the other: which vertices of the first stand in space that the second's views
   // saw empty. May be empty.
   std::function<std::vector<uint8_t>(const SourcedMesh&, const SourcedMesh&)> in_free_space;
   // Edge lengths that the seam keeps from where a mesh ends.
   double inset = 3;
+};
+
+// A place where two meshes contradict each other, and which one is right there.
+struct ConflictPoint {
+  Eigen::Vector3d position;  // of a vertex
+  bool of_first = true;      // whose vertex it is
+  bool first_wins = true;
+
+  bool IsLost() const { return of_first != first_wins; }
 };
 
 struct SurfaceMergingCounters {
@@ -31,6 +41,7 @@ struct SurfaceMergingCounters {
   size_t num_conflict_faces = 0;  // of both
   // Where the meshes contradict each other or were not joined.
   std::vector<Eigen::Vector3d> trouble;
+  std::vector<ConflictPoint> conflicts;  // vertices of both
 };
 
 // Joins two meshes that agree where they overlap, along a seam (thesis, 5.2.3). Each face of the
@@ -46,6 +57,11 @@ struct SurfaceMergingCounters {
 SourcedMesh MergeSurfaces(const SourcedMesh& first, const SourcedMesh& second,
                           const SurfaceMergingOptions& options, const RunContext& context,
                           SurfaceMergingCounters* counters);
+
+// The conflicts alone, as MergeSurfaces finds and decides them.
+std::vector<ConflictPoint> FindConflicts(const SourcedMesh& first, const SourcedMesh& second,
+                                         const SurfaceMergingOptions& options,
+                                         const RunContext& context);
 
 // The edge length in which the distances between two meshes are counted: that of the coarser.
 double CoarserEdgeLength(const SourcedMesh& first, const SourcedMesh& second);

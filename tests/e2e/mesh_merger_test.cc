@@ -3,7 +3,9 @@
 
 #include <cmath>
 
+#include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/colmap_adapter/fused_cloud.h"
+#include "lsmvs/colmap_adapter/scene_loader.h"
 #include "lsmvs/mesh/inspect.h"
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
@@ -110,6 +112,71 @@ TEST(MeshMergerProgram, KeepsLargeCoordinates) {
     num_found += std::find(mesh.vertices.begin(), mesh.vertices.end(), x) != mesh.vertices.end();
   }
   EXPECT_GT(num_found, 250u);
+}
+
+// Meshes in workspaces of their own: their photos are other numbers of the common workspace.
+TEST(MeshMergerProgram, RenumbersViewsByThePhotosNames) {
+  const SmallWorkspace common, own;
+  const fs::path a = common / "a.ply", b = own / "b.ply", output = common / "merged.ply";
+  // Photo 0 of the second workspace is photo 3 of the common one, and photo 3 photo 0.
+  const std::string images = ReadText(own / "sparse/images.bin");
+  const Scene scene = LoadScene(DenseWorkspace{common.path()});
+  const std::string &first = scene.views[0].name, &fourth = scene.views[3].name;
+  std::string swapped = images;
+  ASSERT_EQ(first.size(), fourth.size());
+  const size_t at_first = images.find(first), at_fourth = images.find(fourth);
+  ASSERT_NE(at_first, std::string::npos);
+  ASSERT_NE(at_fourth, std::string::npos);
+  swapped.replace(at_first, first.size(), fourth);
+  swapped.replace(at_fourth, fourth.size(), first);
+  WriteText(own / "sparse/images.bin", swapped);
+  Write(a, Strip(0, 0), 0u);
+  Write(b, Strip(18.3, 1), 0u);
+  ExpectSuccess(
+      RunProgram("lsmvs", Arguments({a, b}, output, {"--workspace_path", common.text()})));
+  const TriangleMesh mesh = ReadMeshPly(output);
+  const PointViews views = ReadVisibility(output.string() + ".vis", mesh.vertices.size());
+  const Scene own_scene = LoadScene(DenseWorkspace{own.path()});
+  const auto named = [&](const std::string& name) {
+    for (size_t i = 0; i < scene.views.size(); ++i) {
+      if (scene.views[i].name == name) return static_cast<uint32_t>(i);
+    }
+    return 0xFFFFFFFFu;
+  };
+  const uint32_t number_of_b = named(own_scene.views[0].name);
+  EXPECT_NE(number_of_b, 0u);
+  for (size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const bool is_red = mesh.vertex_colors[v][0] == 255;
+    EXPECT_EQ(views.view_idxs[v], is_red ? 0u : number_of_b);
+  }
+}
+
+TEST(MeshMergerProgram, TakesLittleMemory) {
+  const TemporaryFolder folder;
+  const fs::path a = folder.path() / "a.ply", b = folder.path() / "b.ply",
+                 output = folder.path() / "merged.ply";
+  for (const auto& [path, shift] : {std::pair(a, 0.0), {b, 120.3}}) {
+    TriangleMesh mesh;
+    constexpr int kSize = 240;
+    for (int v = 0; v < kSize * kSize; ++v) {
+      const double x = shift + v % kSize, y = v / kSize;
+      mesh.vertices.emplace_back(x, y, std::sin(0.05 * x) + 0.01 * y);
+    }
+    for (int f = 0; f < (kSize - 1) * (kSize - 1); ++f) {
+      const int c = f / (kSize - 1) * kSize + f % (kSize - 1);
+      mesh.faces.emplace_back(c, c + 1, c + kSize + 1);
+      mesh.faces.emplace_back(c, c + kSize + 1, c + kSize);
+    }
+    WriteMeshPly(path, mesh);
+  }
+  ExpectSuccess(RunProgram("lsmvs", Arguments({a, b}, output)));
+  const std::string first = ReadText(output);
+  const auto with_memory = [&](const char* memory) {
+    return RunProgram("lsmvs", Arguments({a, b}, output, {"--overwrite", "--max_memory", memory}));
+  };
+  ExpectSuccess(with_memory("0.2"));
+  EXPECT_EQ(ReadText(output), first);
+  ExpectError(with_memory("0.06"), 5, {"mesh_merger", "faces need about", "--max_memory"});
 }
 
 TEST(MeshMergerProgram, RefusesBadInput) {

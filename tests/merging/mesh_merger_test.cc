@@ -271,6 +271,186 @@ TEST(MeshMerger, TakesOneOfTwoContradictingPatches) {
   }
 }
 
+// Raises a mesh to a steep hill of 1.5 around a place.
+void AddHill(const Eigen::Vector2d& place, TriangleMesh* mesh) {
+  for (Eigen::Vector3d& x : mesh->vertices) {
+    const double distance = (x.head<2>() - place).norm();
+    x.z() += 1.5 / (1 + std::exp((distance - 0.9) / 0.05));
+  }
+}
+
+double HeightAt(const TriangleMesh& mesh, const Eigen::Vector2d& place) {
+  double highest = -1e9;
+  for (const Eigen::Vector3d& x : mesh.vertices) {
+    if ((x.head<2>() - place).norm() > 0.5) continue;
+    highest = std::max(highest, x.z() - ReliefHeight(x.x(), x.y()));
+  }
+  return highest;
+}
+
+// Views of a vertex, as many as `count` says for its place.
+template <class Count>
+void AddViews(const Count& count, MergingInput* input) {
+  input->view_begin = {0};
+  for (const Eigen::Vector3d& x : input->mesh.vertices) {
+    for (uint32_t view = 0; view < count(x); ++view) input->view_idxs.push_back(view);
+    input->view_begin.push_back(input->view_idxs.size());
+  }
+}
+
+// Two hills of the first mesh that the second does not have: at one of them more views see the
+// first mesh, at the other one the second.
+TEST(MeshMerger, DecidesEachConflictForItself) {
+  const Eigen::Vector2d left(3.5, 3), right(7, 3);
+  TriangleMesh hills = ReliefMesh(0.1, 1);
+  AddHill(left, &hills);
+  AddHill(right, &hills);
+  MergingInput a = Input("a", CutPiece(hills, [](const auto& x) { return x.x() < 9; }));
+  MergingInput b =
+      Input("b", CutPiece(ReliefMesh(0.1, 2), [](const auto& x) { return x.x() > 1.5; }));
+  AddViews([](const Eigen::Vector3d& x) { return x.x() < 5.2 ? 5u : 2u; }, &a);
+  AddViews([](const Eigen::Vector3d&) { return 3u; }, &b);
+  for (const auto method :
+       {MergingMethod::kSurface, MergingMethod::kAuto, MergingMethod::kTetrahedra}) {
+    SCOPED_TRACE(static_cast<int>(method));
+    MeshMergerOptions options;
+    options.method = method;
+    const MergedMesh merged = MergeMeshes({a, b}, {}, options, RunContext(2));
+    ExpectValidMesh(merged.mesh);
+    EXPECT_NEAR(HeightAt(merged.mesh, left), 1.5, 0.3);
+    EXPECT_NEAR(HeightAt(merged.mesh, right), 0, 0.3);
+  }
+}
+
+// A camera at `center` that looks down.
+View LookDown(const Eigen::Vector3d& center) {
+  View view;
+  view.camera.width = view.camera.height = 400;
+  view.camera.fx = view.camera.fy = 300;
+  view.camera.cx = view.camera.cy = 200;
+  view.cam_from_world.rotation = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  view.cam_from_world.translation = -(view.cam_from_world.rotation * center);
+  return view;
+}
+
+// A plate that hangs over the ground in one mesh; the other's views saw the ground through it.
+TEST(MeshMerger, TakesOutWhatStandsInSpaceSeenEmpty) {
+  TriangleMesh with_plate = ReliefMesh(0.15, 1);
+  TriangleMesh plate = CutPiece(ReliefMesh(0.15, 3), [](const Eigen::Vector3d& x) {
+    return (x.head<2>() - Eigen::Vector2d(5, 3)).norm() < 0.8;
+  });
+  const int first = static_cast<int>(with_plate.vertices.size());
+  for (const Eigen::Vector3d& x : plate.vertices) {
+    with_plate.vertices.push_back(x + Eigen::Vector3d(0, 0, 2));
+  }
+  for (const Eigen::Vector3i& face : plate.faces) {
+    with_plate.faces.push_back(face + Eigen::Vector3i::Constant(first));
+  }
+  std::vector<View> views;
+  for (const double x : {3.0, 5.0, 7.0, 4.5}) views.push_back(LookDown({x, 3, 9}));
+  MergingInput a = Input("a", with_plate), b = Input("b", ReliefMesh(0.15, 2));
+  AddViews([](const Eigen::Vector3d&) { return 2u; }, &a);
+  AddViews([](const Eigen::Vector3d&) { return 4u; }, &b);
+  const MergedMesh merged = MergeMeshes({a, b}, views, {}, RunContext(2));
+  ExpectValidMesh(merged.mesh);
+  EXPECT_GT(merged.counters.num_conflict_faces, 0u);
+  EXPECT_NEAR(HeightAt(merged.mesh, {5, 3}), 0, 0.3);
+  // Without views nothing is known about the plate.
+  a.view_begin = b.view_begin = {};
+  a.view_idxs = b.view_idxs = {};
+  EXPECT_NEAR(HeightAt(MergeMeshes({a, b}, {}, {}, RunContext(2)).mesh, {5, 3}), 2, 0.3);
+}
+
+// Where the meshes part, what views saw decides where the tetrahedra change over.
+TEST(MeshMerger, TetrahedraKeepToWhatViewsSaw) {
+  const PieceOptions options{0.15, 0.3};
+  MergingInput a = Input("a", MakePiece(World::kRelief, 0, options)),
+               b = Input("b", MakePiece(World::kRelief, 1, options));
+  std::vector<View> views;
+  for (const double x : {2.0, 4.0, 6.0, 8.0}) views.push_back(LookDown({x, 3, 9}));
+  AddViews([](const Eigen::Vector3d&) { return 4u; }, &a);
+  AddViews([](const Eigen::Vector3d&) { return 4u; }, &b);
+  MeshMergerOptions merging;
+  merging.method = MergingMethod::kTetrahedra;
+  const MergedMesh merged = MergeMeshes({a, b}, views, merging, RunContext(2)),
+                   one_thread = MergeMeshes({b, a}, views, merging, RunContext(1)),
+                   blind = MergeMeshes({a, b}, {}, merging, RunContext(2));
+  ExpectValidMesh(merged.mesh);
+  EXPECT_EQ(Inspect(merged.mesh).num_components, 1u);
+  EXPECT_EQ(merged.mesh.vertices, one_thread.mesh.vertices);
+  EXPECT_EQ(merged.mesh.faces, one_thread.mesh.faces);
+  EXPECT_NE(merged.mesh.faces, blind.mesh.faces);
+  const TriangleMesh truth = TruthOf(World::kRelief, 0.04, 9);
+  EXPECT_GE(Score(merged.mesh, truth, 0.15).f1[1], Score(blind.mesh, truth, 0.15).f1[1] - 0.02);
+}
+
+TEST(MeshMerger, CarriesAttributes) {
+  std::vector<MergingInput> inputs;
+  for (int i = 0; i < 2; ++i) {
+    MergingInput input = Input(std::string(1, static_cast<char>('a' + i)),
+                               MakePiece(World::kRelief, i, {0.15, 0.3}));
+    for (const Eigen::Vector3d& x : input.mesh.vertices) {
+      input.mesh.vertex_quality.push_back(static_cast<float>(x.x() / 10));
+      input.mesh.vertex_colors.emplace_back(static_cast<uint8_t>(20 + 20 * x.x()),
+                                            static_cast<uint8_t>(10 + 35 * x.y()), 100 * i);
+    }
+    input.mesh.vertex_normals = ComputeVertexNormals(input.mesh);
+    AddViews([](const Eigen::Vector3d& x) { return static_cast<uint32_t>(x.y()) + 1; }, &input);
+    inputs.push_back(std::move(input));
+  }
+  for (const auto method :
+       {MergingMethod::kSurface, MergingMethod::kAuto, MergingMethod::kTetrahedra}) {
+    SCOPED_TRACE(static_cast<int>(method));
+    MeshMergerOptions options;
+    options.method = method;
+    const MergedMesh merged = MergeMeshes(inputs, {}, options, RunContext(2));
+    const TriangleMesh& mesh = merged.mesh;
+    const size_t num_vertices = mesh.vertices.size();
+    ASSERT_EQ(mesh.vertex_quality.size(), num_vertices);
+    ASSERT_EQ(mesh.vertex_colors.size(), num_vertices);
+    ASSERT_EQ(mesh.vertex_normals.size(), num_vertices);
+    ASSERT_EQ(merged.view_begin.size(), num_vertices + 1);
+    const std::vector<Eigen::Vector3f> fresh = ComputeVertexNormals(mesh);
+    double similarity = 0;
+    for (size_t v = 0; v < num_vertices; ++v) {
+      const Eigen::Vector3d& x = mesh.vertices[v];
+      // Within some edge lengths of where it comes from.
+      EXPECT_NEAR(mesh.vertex_quality[v], x.x() / 10, 0.08);
+      EXPECT_NEAR(mesh.vertex_colors[v][0], 20 + 20 * x.x(), 16);
+      EXPECT_NEAR(mesh.vertex_colors[v][1], 10 + 35 * x.y(), 28);
+      EXPECT_NEAR(static_cast<double>(merged.view_begin[v + 1] - merged.view_begin[v]), x.y() + 0.5,
+                  1.0);
+      similarity += mesh.vertex_normals[v].dot(fresh[v]) / static_cast<double>(num_vertices);
+    }
+    EXPECT_GT(similarity, 0.99);
+  }
+}
+
+// Strips of edges from 0.04 to 0.4.
+TEST(MeshMerger, MergesResolutionsInAnyOrder) {
+  std::vector<MergingInput> inputs;
+  const double edges[] = {0.4, 0.04, 0.15, 0.08};
+  for (size_t i = 0; i < 4; ++i) {
+    const double begin = 2.4 * static_cast<double>(i), end = begin + 3.8;
+    TriangleMesh piece = CutPiece(ReliefMesh(edges[i], i + 1), [&](const Eigen::Vector3d& x) {
+      return x.x() > begin - 0.5 && x.x() < end && x.y() < 3;
+    });
+    for (Eigen::Vector3d& x : piece.vertices) x = x.cast<float>().cast<double>();
+    inputs.push_back(Input(std::string(1, static_cast<char>('a' + i)), piece));
+  }
+  const MergedMesh first = MergeMeshes(inputs, {}, {}, RunContext(2));
+  ExpectValidMesh(first.mesh);
+  EXPECT_EQ(Inspect(first.mesh).num_components, 1u);
+  EXPECT_EQ(Inspect(first.mesh).euler_characteristic, 1);
+  for (const auto& order : {std::array<size_t, 4>{3, 1, 0, 2}, {2, 3, 1, 0}}) {
+    std::vector<MergingInput> turned;
+    for (const size_t i : order) turned.push_back(inputs[i]);
+    const MergedMesh again = MergeMeshes(turned, {}, {}, RunContext(1));
+    EXPECT_EQ(again.mesh.vertices, first.mesh.vertices);
+    EXPECT_EQ(again.mesh.faces, first.mesh.faces);
+  }
+}
+
 TEST(MeshMerger, RepairsWhatIsNoManifold) {
   auto pieces = ReliefHalves();
   TriangleMesh& a = pieces[0];

@@ -14,9 +14,11 @@
 
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
+#include "lsmvs/cli/mesh_memory.h"
 #include "lsmvs/cli/output_check.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/colmap_adapter/fused_cloud.h"
+#include "lsmvs/merging/overlap/vertex_views.h"
 #include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/util/error.h"
@@ -29,6 +31,9 @@ namespace fs = std::filesystem;
 
 // Coordinates are shifted where single precision would lose this part of an edge.
 constexpr double kMaxRoundingPart = 0.01, kFloatRounding = 6e-8;
+
+// Where the meshes overlap all over: the 600 bytes a face of MergeMeshes, and the meshes.
+constexpr MeshMemoryModel kMemory = {.all = 700, .in_memory = 100};
 
 class MeshMergerCommand : public Command {
  public:
@@ -46,11 +51,13 @@ class MeshMergerCommand : public Command {
         "Registration errors up to --MeshMerging.max_offset edge lengths are absorbed around the "
         "seam; larger ones are refused with what was measured: align the models first, with colmap "
         "model_aligner or model_merger.\n"
-        "Colours, quality and views are carried over: if INPUT.vis lies beside every input, "
-        "OUTPUT.vis is written. With --workspace_path the views tell which mesh stands in space "
-        "that was seen empty, and which is better seen. .vis files number the photos of "
+        "Colours, normals, quality and views are carried over: if INPUT.vis lies beside every "
+        "input, OUTPUT.vis is written. With --workspace_path the views tell which mesh stands in "
+        "space that was seen empty, which one is better seen where two contradict each other, and "
+        "where a new surface through tetrahedra runs. .vis files number the photos of "
         "--workspace_path, or, for a mesh that lies in a dense workspace of its own, of that one: "
-        "then they are renumbered by the photos' names.";
+        "then they are renumbered by the photos' names. For a mesh without .vis the photos of that "
+        "workspace count that have it before them; OUTPUT.vis is then written, too.";
     info.examples = {
         "lsmvs mesh_merger --input_path flight1.ply --input_path flight2.ply --output_path all.ply",
         "lsmvs mesh_merger --input_path old.ply --input_path new.ply --output_path all.ply "
@@ -67,14 +74,19 @@ class MeshMergerCommand : public Command {
     options->Add("workspace_path", &workspace_path_,
                  "Dense workspace with the photos that the inputs' .vis files are about.");
     options->Add("overwrite", &overwrite_, "Replace the output if it is there.");
+    DescribeMeshScratch(&scratch_path_, options);
     options_.Describe(options);
   }
 
   void Run(const CommandContext& context) override {
     CheckPaths();
+    const MeshMemory memory("mesh_merger", {input_paths_.begin(), input_paths_.end()}, kMemory,
+                            scratch_path_, context);
     if (!workspace_path_.empty()) scene_ = LoadSceneToEvaluate(workspace_path_, false);
     std::vector<MergingInput> inputs;
-    for (const std::string& path : input_paths_) inputs.push_back(ReadInput(path));
+    for (const std::string& path : input_paths_) {
+      inputs.push_back(ReadInput(path, context.run));
+    }
     const Eigen::Vector3d offset = ShiftToOrigin(&inputs);
     context.display->Begin("Merging");
     const MergedMesh merged =
@@ -102,16 +114,26 @@ class MeshMergerCommand : public Command {
     return a == b || fs::equivalent(a, b, error);
   }
 
-  MergingInput ReadInput(const std::string& path) const {
+  MergingInput ReadInput(const std::string& path, const RunContext& context) const {
     MergingInput input;
     input.name = path;
     input.mesh = ReadMeshPly(path);
     const auto time = fs::last_write_time(path).time_since_epoch();
     input.modification_time = static_cast<int64_t>(time.count());
     const fs::path vis_path = DenseWorkspace::VisibilityPath(path);
-    if (!fs::exists(vis_path)) return input;
-    PointViews views = ReadVisibility(vis_path, input.mesh.vertices.size());
-    if (scene_) Renumber(path, vis_path, &views);
+    const bool has_vis = fs::exists(vis_path);
+    if (!has_vis && !scene_) return input;
+    const std::optional<Scene> own = scene_ ? OwnScene(path) : std::nullopt;
+    PointViews views;
+    if (has_vis) {
+      views = ReadVisibility(vis_path, input.mesh.vertices.size());
+    } else {
+      const Scene& scene = own ? *own : *scene_;
+      VertexViews seen = FindVertexViews(input.mesh, ViewsOf(scene, {0, 0, 0}), context);
+      views.begin = std::move(seen.view_begin);
+      views.view_idxs = std::move(seen.view_idxs);
+    }
+    if (scene_) Renumber(vis_path, own, &views);
     input.view_begin = std::move(views.begin);
     input.view_idxs = std::move(views.view_idxs);
     return input;
@@ -125,9 +147,10 @@ class MeshMergerCommand : public Command {
     return LoadSceneToEvaluate(folder, false);
   }
 
-  // Makes view indices those of scene_. Views that it lacks are left out.
-  void Renumber(const fs::path& mesh_path, const fs::path& vis_path, PointViews* views) const {
-    const std::optional<Scene> own = OwnScene(mesh_path);
+  // Makes indices of the views of `own`, or of scene_, those of scene_. Views that it lacks are
+  // left out.
+  void Renumber(const fs::path& vis_path, const std::optional<Scene>& own,
+                PointViews* views) const {
     const Scene& from = own ? *own : *scene_;
     for (const uint32_t view : views->view_idxs) {
       if (view < from.views.size()) continue;
@@ -178,15 +201,17 @@ class MeshMergerCommand : public Command {
     return offset;
   }
 
-  // The scene's views in the coordinates of the meshes.
-  std::vector<View> ShiftedViews(const Eigen::Vector3d& offset) const {
-    if (!scene_) return {};
-    std::vector<View> views = scene_->views;
+  // A scene's views in the coordinates of meshes from which `offset` is subtracted.
+  static std::vector<View> ViewsOf(const Scene& scene, const Eigen::Vector3d& offset) {
+    std::vector<View> views = scene.views;
     for (View& view : views) {
       view.cam_from_world.translation +=
-          view.cam_from_world.rotation * (offset - scene_->world_offset);
+          view.cam_from_world.rotation * (offset - scene.world_offset);
     }
     return views;
+  }
+  std::vector<View> ShiftedViews(const Eigen::Vector3d& offset) const {
+    return scene_ ? ViewsOf(*scene_, offset) : std::vector<View>{};
   }
 
   void Write(const MergedMesh& merged, const Eigen::Vector3d& offset) const {
@@ -205,7 +230,7 @@ class MeshMergerCommand : public Command {
   }
 
   std::vector<std::string> input_paths_;
-  std::string output_path_, workspace_path_;
+  std::string output_path_, workspace_path_, scratch_path_;
   bool overwrite_ = false;
   MeshMergerOptions options_;
 

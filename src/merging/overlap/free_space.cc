@@ -1,25 +1,15 @@
 #include "lsmvs/merging/overlap/free_space.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "lsmvs/image/rasterizer.h"
+#include "lsmvs/merging/overlap/vertex_views.h"
 
 namespace lsmvs {
 
 namespace {
 
-constexpr int kMaxImageSize = 1000, kMinNumViews = 2;
-
-PinholeCamera Reduced(const PinholeCamera& camera) {
-  const int longer = std::max(camera.width, camera.height);
-  if (longer <= kMaxImageSize) return camera;
-  const double scale = static_cast<double>(kMaxImageSize) / longer;
-  const auto side = [&](int size) {
-    return std::max(1, static_cast<int>(std::lround(scale * size)));
-  };
-  return camera.Resized(side(camera.width), side(camera.height));
-}
+constexpr int kMinNumViews = 2;
 
 // Per view, the vertices that it sees.
 std::vector<std::vector<uint32_t>> SeenVertices(const SourcedMesh& mesh, size_t num_views,
@@ -47,7 +37,7 @@ std::vector<uint8_t> FindVerticesInFreeSpace(const TriangleMesh& mesh, const Sou
     context.ThrowIfCancelled();
     std::vector<uint8_t> is_seen(other.mesh.vertices.size(), 0);
     for (const uint32_t v : seen[i]) is_seen[v] = 1;
-    const PinholeCamera camera = Reduced(views[i].camera);
+    const PinholeCamera camera = DrawingCamera(views[i].camera);
     RasterizeMesh(camera, views[i].cam_from_world, other.mesh.vertices, other.mesh.faces, {},
                   &maps);
     ParallelFor(context, mesh.vertices.size(), 1 << 12, [&](size_t v) {

@@ -6,6 +6,13 @@
 
 namespace lsmvs {
 
+std::vector<Eigen::Vector3i> PointFaces(size_t count) {
+  std::vector<Eigen::Vector3i> faces;
+  for (size_t i = 0; i < count; ++i)
+    faces.push_back(Eigen::Vector3i::Constant(static_cast<int>(i)));
+  return faces;
+}
+
 SurfaceIndex::SurfaceIndex(std::span<const Eigen::Vector3d> vertices,
                            std::span<const Eigen::Vector3i> faces)
     : vertices_(vertices), faces_(faces) {

@@ -32,7 +32,10 @@ double LongestEdge(const TriangleMesh& mesh, size_t f) {
 class Refiner {
  public:
   Refiner(const SeamPoints& seam, double growth)
-      : seam_(seam), growth_(growth), points_(PointFaces(seam)), index_(seam.positions, points_) {}
+      : seam_(seam),
+        growth_(growth),
+        points_(PointFaces(seam.positions.size())),
+        index_(seam.positions, points_) {}
 
   // Densities that make each face that is too large be split once; empty if there are none.
   std::vector<float> Densities(const TriangleMesh& mesh) const {
@@ -62,14 +65,6 @@ class Refiner {
   }
 
  private:
-  static std::vector<Eigen::Vector3i> PointFaces(const SeamPoints& seam) {
-    std::vector<Eigen::Vector3i> faces;
-    for (size_t i = 0; i < seam.positions.size(); ++i) {
-      faces.push_back(Eigen::Vector3i::Constant(static_cast<int>(i)));
-    }
-    return faces;
-  }
-
   const SeamPoints& seam_;
   double growth_;
   std::vector<Eigen::Vector3i> points_;

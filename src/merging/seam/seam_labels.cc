@@ -29,22 +29,15 @@ constexpr double kPreferenceGain = 2, kResolutionGain = 0.25, kEqualResolution =
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
 std::vector<double> FromVertices(const BandSurface& surface, const std::vector<uint8_t>& starts,
-                                 double max_edges) {
+                                 double max_edges, std::vector<int32_t>* nearest = nullptr) {
   std::vector<double> start(starts.size(), kInfinity);
   double longest = 0;
   for (size_t v = 0; v < starts.size(); ++v) {
     longest = std::max(longest, surface.frames.edge_length[v]);
     if (starts[v]) start[v] = 0;
   }
-  return DistanceAlongEdges(surface.mesh(), surface.topology, std::move(start),
-                            max_edges * longest);
-}
-
-// Edge length of the coarser surface at a vertex.
-double CoarserEdge(const OverlapSide& side, const OverlapSide& other, size_t v) {
-  const double own = side.surface->frames.edge_length[v];
-  const int32_t face = side.matches[v].face;
-  return face < 0 ? own : std::max(own, other.surface->EdgeLengthAt(face));
+  return DistanceAlongEdges(surface.mesh(), surface.topology, std::move(start), max_edges * longest,
+                            nearest);
 }
 
 // Connected patches of the vertices that have no match.
@@ -74,7 +67,7 @@ struct Patches {
         ++rim[patch];
         const double distance =
             OverlapSide::AtMatch(other, other.from_border, side.matches[Index(w)]);
-        inner_rim[patch] += distance > kContinues * CoarserEdge(side, other, Index(w));
+        inner_rim[patch] += distance > kContinues * side.CoarserEdge(other, Index(w));
       });
     }
   }
@@ -105,6 +98,12 @@ OverlapSide::OverlapSide(const BandSurface& s, const BandSurface& other, double 
       states[v] = VertexState::kAtRim;
     }
   }
+}
+
+double OverlapSide::CoarserEdge(const OverlapSide& other, size_t v) const {
+  const double own = surface->frames.edge_length[v];
+  const int32_t face = matches[v].face;
+  return face < 0 ? own : std::max(own, other.surface->EdgeLengthAt(face));
 }
 
 double OverlapSide::AtMatch(const OverlapSide& other, const std::vector<double>& distance,
@@ -142,7 +141,9 @@ void OverlapSide::Classify(const OverlapSide& other, double inset, double max_ed
     in_conflict[v] = !is_small;
   }
   from_end = FromVertices(*surface, is_end, inset + 2);
-  from_conflict = FromVertices(*surface, in_conflict, inset + 2);
+  from_conflict = FromVertices(*surface, in_conflict, std::max(inset, max_edges + kConflictReach),
+                               &nearest_conflict);
+  first_wins.assign(matches.size(), 1);
   for (const Eigen::Vector3i& face : surface->mesh().faces) {
     num_conflict_faces +=
         in_conflict[Index(face[0])] && in_conflict[Index(face[1])] && in_conflict[Index(face[2])];
@@ -184,22 +185,39 @@ class FirstLabeler {
       case VertexState::kBeside:
         return 1;
       case VertexState::kConflict:
-        return options_.first_wins_conflicts ? 1 : -1;
+        return first_.first_wins[v] ? 1 : -1;
       case VertexState::kUnclear:
         return 0;
       case VertexState::kAtRim:
       case VertexState::kOver:
         break;
     }
-    const double inset = options_.inset * CoarserEdge(first_, second_, v);
+    const double inset = options_.inset * first_.CoarserEdge(second_, v);
     const auto& match = first_.matches[v];
-    const double to_conflict = std::min(
-        first_.from_conflict[v], OverlapSide::AtMatch(second_, second_.from_conflict, match));
-    if (to_conflict < inset) return options_.first_wins_conflicts ? 1 : -1;
+    if (const int winner = WinnerNearby(v, inset); winner != 0) return winner;
     const double to_end = first_.from_end[v];
     const double to_second_end = OverlapSide::AtMatch(second_, second_.from_end, match);
     if (to_second_end < inset && to_second_end < to_end) return 1;
     return to_end < inset ? -1 : 0;
+  }
+
+  // Of a conflict of either surface within `reach`: +1: the first; -1: the second; 0: there is
+  // none.
+  int WinnerNearby(size_t v, double reach) const {
+    const auto& match = first_.matches[v];
+    double least = first_.from_conflict[v];
+    bool first_wins = first_.first_wins[v] != 0;
+    if (match.face >= 0) {
+      for (const int w : second_.surface->mesh().faces[Index(match.face)]) {
+        const double distance = second_.from_conflict[Index(w)] +
+                                (second_.surface->mesh().vertices[Index(w)] - match.point).norm();
+        if (distance >= least) continue;
+        least = distance;
+        first_wins = second_.first_wins[Index(w)] != 0;
+      }
+    }
+    if (!(least < reach)) return 0;
+    return first_wins ? 1 : -1;
   }
 
   int32_t Excess(size_t f) const {
@@ -237,7 +255,7 @@ class FirstLabeler {
   }
 
   int32_t EdgeCapacity(size_t a, size_t b) const {
-    const double edge = 0.5 * (CoarserEdge(first_, second_, a) + CoarserEdge(first_, second_, b));
+    const double edge = 0.5 * (first_.CoarserEdge(second_, a) + first_.CoarserEdge(second_, b));
     const auto apart = [&](size_t v) {
       const bool has_match = first_.matches[v].face >= 0;
       return has_match ? std::min(first_.matches[v].distance / edge, kMaxDistance) : kMaxDistance;
@@ -277,8 +295,7 @@ std::vector<uint8_t> LabelFirstSurface(const OverlapSide& first, const OverlapSi
 }
 
 std::vector<uint8_t> LabelSecondSurface(const OverlapSide& first, const OverlapSide& second,
-                                        const std::vector<uint8_t>& first_labels,
-                                        bool first_wins_conflicts, double clearance,
+                                        const std::vector<uint8_t>& first_labels, double clearance,
                                         const RunContext& context) {
   constexpr uint8_t kGo = 0, kStay = 1, kUnknown = 2;
   const TriangleMesh& mesh = second.surface->mesh();
@@ -295,7 +312,7 @@ std::vector<uint8_t> LabelSecondSurface(const OverlapSide& first, const OverlapS
         stays[v] = kUnknown;
         return;
       case VertexState::kConflict:
-        stays[v] = first_wins_conflicts ? kGo : kStay;
+        stays[v] = second.first_wins[v] ? kGo : kStay;
         return;
       default:
         break;

@@ -8,6 +8,9 @@
 
 namespace lsmvs {
 
+// Edge lengths, beyond those of a match, within which patches of both surfaces are one conflict.
+inline constexpr double kConflictReach = 3;
+
 // How a vertex lies to the other surface.
 enum class VertexState : uint8_t {
   kOver,      // the other surface is there, too
@@ -28,6 +31,11 @@ struct OverlapSide {
   std::vector<VertexState> states;    // #V
   std::vector<double> from_end;       // #V: from border over which the other surface goes on
   std::vector<double> from_conflict;  // #V: from vertices in conflict
+  // #V: the vertex in conflict that is nearest, as far as distances are looked at; else -1.
+  std::vector<int32_t> nearest_conflict;
+  // #V: whether the first of both surfaces wins the conflict that is nearest; see
+  // DecideConflicts().
+  std::vector<uint8_t> first_wins;
   // #V, or empty: vertices that stand in space that the other mesh's views saw empty; to be set
   // before Classify().
   std::vector<uint8_t> in_free_space;
@@ -36,6 +44,8 @@ struct OverlapSide {
   // Both sides must have been made. `inset` edge lengths is as far as distances are looked at.
   void Classify(const OverlapSide& other, double inset, double max_edges,
                 const RunContext& context);
+  // Edge length at v, or of the other surface at its match if that is longer.
+  double CoarserEdge(const OverlapSide& other, size_t v) const;
   // A distance of the other side's vertices at the match of v.
   static double AtMatch(const OverlapSide& other, const std::vector<double>& distance,
                         const SurfaceMatch& match);
@@ -44,9 +54,6 @@ struct OverlapSide {
 struct SeamOptions {
   // Edge lengths that the seam keeps from where a surface ends, if the overlap is wide enough.
   double inset = 3;
-  // Whether patches of the first surface that contradict the second stay, and those of the second
-  // go.
-  bool first_wins_conflicts = true;
 };
 
 // Which faces of the first surface (#F) stay: 1, or make way for the second: 0. A minimum cut.
@@ -58,8 +65,7 @@ std::vector<uint8_t> LabelFirstSurface(const OverlapSide& first, const OverlapSi
 // Which faces of the second surface stay, given the labels of the first: those that are not over a
 // face that stays and keep `clearance` edge lengths from the seam.
 std::vector<uint8_t> LabelSecondSurface(const OverlapSide& first, const OverlapSide& second,
-                                        const std::vector<uint8_t>& first_labels,
-                                        bool first_wins_conflicts, double clearance,
+                                        const std::vector<uint8_t>& first_labels, double clearance,
                                         const RunContext& context);
 
 // Faces of `kept` (#F) that make a ragged rim are taken out: teeth that hang on one edge, faces at

@@ -15,6 +15,7 @@
 #include "lsmvs/mesh/repair.h"
 #include "lsmvs/surface/cell_complex.h"
 #include "lsmvs/surface/surface_extraction.h"
+#include "lsmvs/surface/visibility_weights.h"
 
 namespace lsmvs {
 
@@ -33,6 +34,10 @@ constexpr double kMargin = 2;
 // Facets that are longer, or bridge a gap between the meshes' ends that is wider.
 constexpr double kMaxEdge = 5, kMaxWeb = 0.3;
 constexpr size_t kMinPieceFaces = 40;
+// Of what views saw; the defaults of visibility_mesher.h.
+constexpr double kVisibilitySigma = 3.0, kSigmaFactor = 0.8, kSinkFactor = 0.5;
+// Edge lengths within which a vertex is a vertex in conflict.
+constexpr double kSameConflict = 0.1;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -53,7 +58,7 @@ class PatchMaker {
  public:
   PatchMaker(const SourcedMesh& first, const SourcedMesh& second, const PatchFaces& faces,
              const TetrahedralPatchOptions& options, const RunContext& context)
-      : options_(options), context_(context) {
+      : options_(options), context_(context), conflicts_(options.conflicts) {
     bands_[0] = ExtractBand(first, faces[0]);
     bands_[1] = ExtractBand(second, faces[1]);
   }
@@ -74,6 +79,22 @@ class PatchMaker {
   }
 
  private:
+  // Finds the nearest conflict.
+  struct ConflictIndex {
+    explicit ConflictIndex(std::span<const ConflictPoint> conflicts)
+        : positions(Positions(conflicts)),
+          points(PointFaces(conflicts.size())),
+          index(positions, points) {}
+    static std::vector<Eigen::Vector3d> Positions(std::span<const ConflictPoint> conflicts) {
+      std::vector<Eigen::Vector3d> positions;
+      for (const ConflictPoint& conflict : conflicts) positions.push_back(conflict.position);
+      return positions;
+    }
+    std::vector<Eigen::Vector3d> positions;
+    std::vector<Eigen::Vector3i> points;
+    SurfaceIndex index;
+  };
+
   struct Place {
     int side;
     int32_t vertex;
@@ -162,8 +183,7 @@ class PatchMaker {
   // Side of the surfaces on which x lies: from -1, inside, to 1, outside; 0 where it is not known.
   double SideOf(const Eigen::Vector3d& x) const {
     const std::array<Sight, 2> sights = {SightOf(*surfaces_[0], x), SightOf(*surfaces_[1], x)};
-    const int winner = options_.first_wins_conflicts ? 0 : 1;
-    if (AreInConflict(sights)) return sights[winner].side;
+    if (AreInConflict(sights)) return sights[FirstWinsAt(x) ? 0 : 1].side;
     double sum = 0, weights = 0;
     for (const Sight& sight : sights) {
       if (!sight.is_known) continue;
@@ -173,6 +193,11 @@ class PatchMaker {
       weights += weight;
     }
     return weights > 0 ? sum / weights : 0;
+  }
+
+  bool FirstWinsAt(const Eigen::Vector3d& x) const {
+    const SurfaceIndex::Hit hit = conflicts_.index.Closest(x, kInfinity);
+    return hit.face < 0 || options_.conflicts[Index(hit.face)].first_wins;
   }
 
   // Between two surfaces that are too far apart to be the same.
@@ -191,11 +216,68 @@ class PatchMaker {
   }
 
   void Weigh() {
+    const bool has_sights = WeighSights();
     ParallelFor(context_, complex_.cells.size(), kCellsPerBlock, [&](size_t c) {
       Cell& cell = complex_.cells[c];
-      cell.excess = SideCapacity(c);
-      for (int i = 0; i < 4; ++i) cell.capacity[Index(i)] = FacetCapacity(cell, i);
+      if (!has_sights) cell.excess = 0;
+      cell.excess =
+          std::clamp(cell.excess + SideCapacity(c), -CutNode::kMaxCapacity, CutNode::kMaxCapacity);
+      for (int i = 0; i < 4; ++i) {
+        int32_t& capacity = cell.capacity[Index(i)];
+        if (!has_sights) capacity = 0;
+        capacity = std::min(capacity + FacetCapacity(cell, i), CutNode::kMaxCapacity);
+      }
     });
+  }
+
+  // Weighs the cells by what the views saw. False, and nothing is changed, without views.
+  bool WeighSights() {
+    if (options_.views.empty() || !options_.visit_views) return false;
+    MergedCloud cloud;
+    cloud.frame.origin = origin_;
+    cloud.positions = points_;
+    std::vector<std::vector<uint32_t>> views = ViewsOfPoints();
+    cloud.sight_begin = {0};
+    for (std::vector<uint32_t>& list : views) {
+      std::sort(list.begin(), list.end());
+      list.erase(std::unique(list.begin(), list.end()), list.end());
+      const auto support = static_cast<float>(ViewConfidence(list.size(), kVisibilitySigma));
+      for (const uint32_t view : list) cloud.sights.push_back({view, support});
+      cloud.sight_begin.push_back(cloud.sights.size());
+    }
+    if (cloud.sights.empty()) return false;
+    Scene scene;
+    scene.views.assign(options_.views.begin(), options_.views.end());
+    WeighCells(scene, cloud, {kSigmaFactor, kSinkFactor, 0}, context_, &complex_);
+    return true;
+  }
+
+  // Equal points share theirs. Those that lose a conflict are believed to have been seen wrongly,
+  // or at another time.
+  std::vector<std::vector<uint32_t>> ViewsOfPoints() const {
+    std::vector<std::vector<uint32_t>> views(points_.size());
+    std::vector<int32_t> original(points_.size());
+    std::iota(original.begin(), original.end(), 0);
+    for (const auto& [duplicate, first] : complex_.duplicates) original[Index(duplicate)] = first;
+    for (size_t i = 0; i < points_.size(); ++i) {
+      const Place& place = places_[i];
+      if (LosesConflict(place)) continue;
+      options_.visit_views(bands_[place.side].sources[Index(place.vertex)], [&](uint32_t view) {
+        if (view < options_.views.size()) views[Index(original[i])].push_back(view);
+      });
+    }
+    return views;
+  }
+
+  bool LosesConflict(const Place& place) const {
+    const MeshBand& band = bands_[place.side];
+    const double edge =
+        surfaces_[place.side]->frames.edge_length[Index(place.vertex)] * kSameConflict;
+    const SurfaceIndex::Hit hit =
+        conflicts_.index.Closest(band.mesh.vertices[Index(place.vertex)], edge);
+    if (hit.face < 0) return false;
+    const ConflictPoint& conflict = options_.conflicts[Index(hit.face)];
+    return conflict.of_first == (place.side == 0) && conflict.IsLost();
   }
 
   // Source is outside.
@@ -338,6 +420,7 @@ class PatchMaker {
 
   const TetrahedralPatchOptions& options_;
   const RunContext& context_;
+  ConflictIndex conflicts_;
   std::array<MeshBand, 2> bands_;
   std::array<std::unique_ptr<BandSurface>, 2> surfaces_;
   std::array<std::vector<uint8_t>, 2> in_margin_;  // #V

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "lsmvs/merging/overlap/free_space.h"
 #include "lsmvs/merging/overlap/mesh_band.h"
+#include "lsmvs/merging/surface_merging.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
@@ -11,8 +15,12 @@ namespace lsmvs {
 struct TetrahedralPatchOptions {
   // Edge lengths within which two surfaces are taken for the same one.
   double max_edges = 6;
-  // Whether the first mesh counts where both contradict each other.
-  bool first_wins_conflicts = true;
+  // Where both meshes contradict each other; the nearest one says which of them counts. Where there
+  // are none the first one does.
+  std::span<const ConflictPoint> conflicts;
+  // Views of the meshes' vertices; empty, or a vertex without: not known.
+  std::span<const View> views;
+  VisitViews visit_views;
 };
 
 // The parts of two meshes (#F each) through which a new surface is to be made.
@@ -22,7 +30,9 @@ using PatchFaces = std::array<std::vector<uint8_t>, 2>;
 // tetrahedralised (Delaunay), each tetrahedron is labelled outside or inside by a minimum cut, and
 // the facets between both are the surface. A tetrahedron is drawn to the side of each mesh on which
 // it lies, by the oriented face that is nearest to it, the finer mesh more; facets cost their area,
-// less where they are faces of a mesh, more where they lie far from both. So where one mesh is
+// less where they are faces of a mesh, more where they lie far from both. Where views are known,
+// what they saw counts as in visibility_mesher.h: the space between a vertex and the photos that
+// see it is outside, and a bit behind it is inside. So where one mesh is
 // alone, the surface is that mesh wherever its faces are Delaunay, and near it elsewhere; where
 // both agree it follows the finer one; where they do not, it changes over where they come closest,
 // or along the least wall.

@@ -12,6 +12,7 @@
 #include "lsmvs/merging/overlap/surface_index.h"
 #include "lsmvs/merging/zip/polygon_filling.h"
 #include "lsmvs/mesh/face_sides.h"
+#include "lsmvs/util/disjoint_sets.h"
 
 namespace lsmvs {
 
@@ -19,11 +20,14 @@ namespace {
 
 // In edge lengths: how far apart vertices of two rims may be joined, and how far an old border lies
 // that takes part.
-constexpr double kMaxBridge = 5, kMaxOldBorder = 2.5;
+constexpr double kMaxBridge = 5, kMaxOldBorder = 3;
 constexpr double kMinNormalCosine = 0.2;
 // Vertices of a rim between two bridges, about.
 constexpr size_t kBridgeSpacing = 4;
-constexpr size_t kMaxPolygon = 48, kMaxLoop = 120;
+constexpr size_t kMaxPolygon = 48, kMaxLoop = 160;
+// Edge lengths across gaps between a rim and an old border that are filled where they are closed.
+constexpr double kMaxGap = 25;
+constexpr double kNoLimit = 1e300;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -79,23 +83,35 @@ class Zipper {
     }
     const std::array<SurfaceIndex, 2> rims = {SurfaceIndex(mesh_.vertices, rim_edges_[0]),
                                               SurfaceIndex(mesh_.vertices, rim_edges_[1])};
+    std::array<double, 2> longest = {0, 0};  // edge lengths at the rims
+    for (size_t k = 0; k < 2; ++k) {
+      for (const Eigen::Vector3i& edge : rim_edges_[k]) {
+        longest[k] = std::max(longest[k], problem_.edge_length[Index(edge[0])]);
+      }
+    }
     std::vector<int32_t> added;
     for (size_t v = 0; v < next_.size(); ++v) {
       if (next_[v] < 0 || is_rim_[v] || on_cut[v]) continue;
-      const double reach = kMaxOldBorder * problem_.edge_length[v];
-      if (rims[1 - problem_.side[v]].Closest(mesh_.vertices[v], reach).face >= 0) {
+      // The rim keeps away from the border by edge lengths of the coarser surface.
+      const size_t other = 1 - problem_.side[v];
+      const double own = problem_.edge_length[v];
+      const auto hit =
+          rims[other].Closest(mesh_.vertices[v], kMaxOldBorder * std::max(own, longest[other]));
+      if (hit.face < 0) continue;
+      const double there = problem_.edge_length[Index(rim_edges_[other][Index(hit.face)][0])];
+      if (hit.distance < kMaxOldBorder * std::max(own, there)) {
         added.push_back(static_cast<int32_t>(v));
       }
     }
     for (const int32_t v : added) is_rim_[Index(v)] = 1;
   }
 
-  // Edges of the mesh between vertices of the rims: they must not be made again.
+  // Edges of the mesh between vertices of the border: they must not be made again.
   void CollectEdges() {
     for (const Eigen::Vector3i& face : mesh_.faces) {
       for (int k = 0; k < 3; ++k) {
         const int a = face[k], b = face[(k + 1) % 3];
-        if (is_rim_[Index(a)] && is_rim_[Index(b)]) edges_.insert(EdgeKey(a, b));
+        if (next_[Index(a)] >= 0 && next_[Index(b)] >= 0) edges_.insert(EdgeKey(a, b));
       }
     }
   }
@@ -301,7 +317,8 @@ class Zipper {
     return static_cast<uint64_t>(from) << 32 | static_cast<uint64_t>(to);
   }
 
-  bool Fill(const std::vector<int32_t>& polygon) {
+  // Nothing if a new edge would be longer than `max_length` edge lengths.
+  bool Fill(const std::vector<int32_t>& polygon, double max_length = kNoLimit) {
     const auto may_join = [&](int32_t a, int32_t b) { return !edges_.contains(EdgeKey(a, b)); };
     std::vector<int32_t> sorted = polygon;
     std::sort(sorted.begin(), sorted.end());
@@ -315,6 +332,11 @@ class Zipper {
         FillPolygon(mesh_.vertices, problem_.normal, polygon, may_join);
     for (const Eigen::Vector3i& face : faces) {
       for (int k = 0; k < 3; ++k) {
+        if (BridgeLength(face[k], face[(k + 1) % 3]) > max_length) return false;
+      }
+    }
+    for (const Eigen::Vector3i& face : faces) {
+      for (int k = 0; k < 3; ++k) {
         edges_.insert(EdgeKey(face[k], face[(k + 1) % 3]));
         used_sides_.insert(SideKey(face[k], face[(k + 1) % 3]));
       }
@@ -323,18 +345,77 @@ class Zipper {
     return !faces.empty();
   }
 
-  // Border of the mesh with the new faces, as next vertices.
-  std::vector<int32_t> BorderNow() const {
-    std::vector<Eigen::Vector3i> faces = mesh_.faces;
-    faces.insert(faces.end(), result_.faces.begin(), result_.faces.end());
-    std::vector<int32_t> next(mesh_.vertices.size(), -1);
-    ForEdges(SortedFaceSides(faces, mesh_.vertices.size()),
+  // An edge of the border, as a new face at it runs.
+  struct HoleEdge {
+    int32_t from, to, face;
+  };
+
+  // Border of the mesh with the new faces, by `from`.
+  std::vector<HoleEdge> BorderNow() {
+    faces_now_ = mesh_.faces;
+    faces_now_.insert(faces_now_.end(), result_.faces.begin(), result_.faces.end());
+    std::vector<HoleEdge> edges;
+    ForEdges(SortedFaceSides(faces_now_, mesh_.vertices.size()),
              [&](const FaceSide* begin, const FaceSide* end) {
                if (end - begin != 1) return;
-               const Eigen::Vector3i& face = faces[Index(begin->face)];
-               next[Index(face[(begin->corner + 1) % 3])] = face[begin->corner];
+               const Eigen::Vector3i& face = faces_now_[Index(begin->face)];
+               edges.push_back({face[(begin->corner + 1) % 3], face[begin->corner], begin->face});
              });
-    return next;
+    std::sort(edges.begin(), edges.end(), [](const HoleEdge& a, const HoleEdge& b) {
+      return std::tie(a.from, a.to) < std::tie(b.from, b.to);
+    });
+    return edges;
+  }
+
+  // The fans of the faces at a vertex, by face.
+  std::map<int32_t, uint32_t> FansAt(int32_t v, const std::vector<int32_t>& faces) const {
+    DisjointSets sets(faces.size());
+    std::map<int32_t, uint32_t> face_at;  // by the other vertex of an edge at v
+    for (uint32_t i = 0; i < faces.size(); ++i) {
+      for (const int32_t w : faces_now_[Index(faces[i])]) {
+        if (w == v) continue;
+        const auto [it, is_new] = face_at.emplace(w, i);
+        if (!is_new) sets.Unite(i, it->second);
+      }
+    }
+    std::map<int32_t, uint32_t> fans;
+    for (uint32_t i = 0; i < faces.size(); ++i) fans[faces[i]] = sets.Find(i);
+    return fans;
+  }
+
+  // Successor of each edge of the border around its hole. Where several holes meet at a vertex, an
+  // edge of one fan of faces is followed by one of the next fan.
+  std::vector<size_t> Successors(const std::vector<HoleEdge>& edges) const {
+    const auto first_from = [&](int32_t v) {
+      const auto at = std::lower_bound(edges.begin(), edges.end(), v,
+                                       [](const HoleEdge& e, int32_t w) { return e.from < w; });
+      return static_cast<size_t>(at - edges.begin());
+    };
+    std::map<int32_t, std::vector<int32_t>> faces_at;  // of vertices between several holes
+    for (size_t e = 0; e + 1 < edges.size(); ++e) {
+      if (edges[e].from == edges[e + 1].from) faces_at[edges[e].from];
+    }
+    for (size_t f = 0; f < faces_now_.size() && !faces_at.empty(); ++f) {
+      for (const int32_t v : faces_now_[f]) {
+        const auto found = faces_at.find(v);
+        if (found != faces_at.end()) found->second.push_back(static_cast<int32_t>(f));
+      }
+    }
+    std::vector<size_t> successors(edges.size());
+    for (size_t e = 0; e < edges.size(); ++e) successors[e] = first_from(edges[e].to);
+    for (const auto& [v, faces] : faces_at) {
+      const std::map<int32_t, uint32_t> fans = FansAt(v, faces);
+      std::map<uint32_t, size_t> out_of;  // edge from v by the fan of its face
+      for (size_t e = first_from(v); e < edges.size() && edges[e].from == v; ++e) {
+        out_of[fans.at(edges[e].face)] = e;
+      }
+      for (size_t e = 0; e < edges.size(); ++e) {
+        if (edges[e].to != v) continue;
+        const auto next = out_of.upper_bound(fans.at(edges[e].face));
+        successors[e] = next == out_of.end() ? out_of.begin()->second : next->second;
+      }
+    }
+    return successors;
   }
 
   bool IsOldOrCut(int32_t a, int32_t b) const {
@@ -343,22 +424,23 @@ class Zipper {
   }
 
   void FillLoops() {
-    const std::vector<int32_t> next = BorderNow();
-    std::vector<uint8_t> is_done(next.size(), 0);
-    for (size_t v = 0; v < next.size(); ++v) {
-      if (next[v] < 0 || is_done[v]) continue;
+    const std::vector<HoleEdge> edges = BorderNow();
+    const std::vector<size_t> successors = Successors(edges);
+    std::vector<uint8_t> is_done(edges.size(), 0);
+    for (size_t start = 0; start < edges.size(); ++start) {
+      if (is_done[start]) continue;
       std::vector<int32_t> loop;
-      bool is_new = false, all_rim = true;
-      int32_t w = static_cast<int32_t>(v);
-      while (w >= 0 && !is_done[Index(w)]) {
-        is_done[Index(w)] = 1;
-        loop.push_back(w);
-        all_rim &= is_rim_[Index(w)] != 0;
-        if (next[Index(w)] >= 0) is_new |= !IsOldOrCut(w, next[Index(w)]);
-        w = next[Index(w)];
+      bool is_new = false, has_cut = false, all_rim = true;
+      for (size_t e = start; e < edges.size() && !is_done[e]; e = successors[e]) {
+        is_done[e] = 1;
+        const auto [from, to, face] = edges[e];
+        loop.push_back(from);
+        all_rim &= is_rim_[Index(from)] != 0;
+        has_cut |= Holds(problem_.cut_edges, EdgeKey(from, to));
+        is_new |= !IsOldOrCut(from, to) && !IsBridge(from, to);
       }
-      const bool is_closed = w == static_cast<int32_t>(v);
-      if (is_closed && is_new && all_rim && loop.size() >= 3 && loop.size() <= kMaxLoop) Fill(loop);
+      if (!is_new || has_cut || loop.size() < 3 || loop.size() > kMaxLoop) continue;
+      Fill(loop, all_rim ? kNoLimit : kMaxGap);
     }
   }
 
@@ -369,33 +451,50 @@ class Zipper {
     return problem_.side[Index(from)] != problem_.side[Index(to)];
   }
 
-  // Where a seam ends at a border, edges of a rim may go on beyond the last bridge: each of them
-  // next to a bridge gets a triangle with it, which makes the next bridge.
+  // Where a seam ends at a border, edges of a rim may go on beyond the last bridge: next to a
+  // bridge a triangle is added with the edge before or after it, whichever makes the shorter next
+  // bridge, as long as one of both is of a rim.
   void CloseEnds() {
-    std::vector<int32_t> next = BorderNow(), previous(next.size(), -1);
+    std::vector<int32_t> next(mesh_.vertices.size(), -1), previous(next);
     std::vector<int32_t> waiting;
-    for (size_t v = 0; v < next.size(); ++v) {
-      if (next[v] < 0) continue;
-      previous[Index(next[v])] = static_cast<int32_t>(v);
-      if (IsBridge(static_cast<int32_t>(v), next[v])) waiting.push_back(static_cast<int32_t>(v));
+    for (const auto& [from, to, face] : BorderNow()) {
+      next[Index(from)] = to;
+      previous[Index(to)] = from;
+      if (IsBridge(from, to)) waiting.push_back(from);
     }
     while (!waiting.empty()) {
       const int32_t a = waiting.back(), b = next[Index(a)];
       waiting.pop_back();
       if (b < 0 || !IsBridge(a, b)) continue;
       const int32_t before = previous[Index(a)], after = next[Index(b)];
-      if (before >= 0 && IsNewRim(before, a) && AddTriangle(before, a, b)) {
+      if (before < 0 || after < 0 || before == b || after == a) continue;
+      if (!IsNewRim(before, a) && !IsNewRim(b, after)) continue;
+      const auto take_before = [&] {
+        if (!MayBeUsed(before, a) || !AddTriangle(before, a, b)) return false;
         next[Index(before)] = b;
         previous[Index(b)] = before;
         next[Index(a)] = previous[Index(a)] = -1;
         waiting.push_back(before);
-      } else if (after >= 0 && IsNewRim(b, after) && AddTriangle(a, b, after)) {
+        return true;
+      };
+      const auto take_after = [&] {
+        if (!MayBeUsed(b, after) || !AddTriangle(a, b, after)) return false;
         next[Index(a)] = after;
         previous[Index(after)] = a;
         next[Index(b)] = previous[Index(b)] = -1;
         waiting.push_back(a);
+        return true;
+      };
+      if (BridgeLength(before, b) <= BridgeLength(a, after)) {
+        if (!take_before()) take_after();
+      } else if (!take_after()) {
+        take_before();
       }
     }
+  }
+
+  bool MayBeUsed(int32_t from, int32_t to) const {
+    return !IsBridge(from, to) && !Holds(problem_.cut_edges, EdgeKey(from, to));
   }
 
   // Unless it would be turned away from the surface, too long, or repeat an edge.
@@ -411,13 +510,10 @@ class Zipper {
   }
 
   void FindOpenEdges() {
-    const std::vector<int32_t> next = BorderNow();
-    for (size_t v = 0; v < next.size(); ++v) {
-      if (next[v] < 0) continue;
+    for (const auto& [from, to, face] : BorderNow()) {
       // Where a seam ends at the borders of both surfaces, a bridge closes it.
-      const bool is_bridge = problem_.side[v] != problem_.side[Index(next[v])];
-      if (is_bridge || IsOldOrCut(static_cast<int32_t>(v), next[v])) continue;
-      result_.open_vertices.push_back(static_cast<int32_t>(v));
+      if (IsBridge(from, to) || IsOldOrCut(from, to)) continue;
+      result_.open_edges.push_back({to, from});
     }
   }
 
@@ -426,12 +522,13 @@ class Zipper {
   std::vector<int32_t> next_;  // along the border, as new faces run; -1 inside
   std::vector<uint8_t> is_rim_;
   std::array<std::vector<Eigen::Vector3i>, 2> rim_edges_;
-  std::unordered_set<uint64_t> edges_;       // that are there, between vertices of the rims
+  std::unordered_set<uint64_t> edges_;       // that are there, between vertices of the border
   std::unordered_set<uint64_t> used_sides_;  // of new faces, in their direction
   std::vector<std::vector<int32_t>> loops_;
   std::vector<int32_t> loop_of_;
   std::vector<size_t> place_;
-  std::vector<int32_t> nearest_;  // vertex of the other rim
+  std::vector<int32_t> nearest_;            // vertex of the other rim
+  std::vector<Eigen::Vector3i> faces_now_;  // of the mesh and new
   ZipResult result_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -21,7 +22,8 @@ struct ZipProblem {
 
 struct ZipResult {
   std::vector<Eigen::Vector3i> faces;  // to be added: with them the mesh is manifold and oriented
-  std::vector<int32_t> open_vertices;  // at which edges of new rims begin that stay border
+  // Edges of new rims that stay border, in the direction of their faces.
+  std::vector<std::array<int32_t, 2>> open_edges;
 };
 
 // Fills the gap between the rims with triangles between their vertices. Vertices of either rim that
