@@ -263,7 +263,8 @@ TEST_F(SurfaceParts, FilterOnCoarseLevelsGivesTheSameBytesInParts) {
                              Path(name + ".cloud.ply").string(), "--num_parts", num_parts,
                              "--num_threads", num_parts == "2" ? "1" : "2"});
     ExpectSuccess(result);
-    EXPECT_GT(CountOf(folder_->path(), Path(name + ".ply"), "filtered_vertices"), 0);
+    EXPECT_GT(
+        CountOf(folder_->path(), "visibility_mesher", Path(name + ".ply"), "filtered_vertices"), 0);
   };
   mesh("levels", "1");
   for (const std::string num_parts : {"2", "7"}) {
