@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <unordered_set>
 #include <utility>
 
 #include "lsmvs/merging/seam/blending.h"
@@ -11,7 +10,6 @@
 #include "lsmvs/merging/zip/untangling.h"
 #include "lsmvs/merging/zip/zipper.h"
 #include "lsmvs/mesh/edge_lengths.h"
-#include "lsmvs/mesh/face_neighbors.h"
 #include "lsmvs/mesh/face_sides.h"
 #include "lsmvs/mesh/repair.h"
 
@@ -29,7 +27,6 @@ constexpr double kCoarse = 16;
 constexpr double kClearance = 0.6;
 constexpr size_t kMinPieceFaces = 40;
 constexpr double kMaxRoundingPart = 1e-4;
-constexpr int kMaxRestorings = 3;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -216,7 +213,7 @@ class SurfaceMerger {
   }
 
   void Join() {
-    const ZipResult zip = ZipWithoutGap();
+    const ZipResult zip = Zip();
     counters_.num_new_faces += zip.faces.size();
     counters_.num_open_edges += zip.open_edges.size();
     for (const auto& edge : zip.open_edges) AddTrouble({edge[0]});
@@ -232,24 +229,6 @@ class SurfaceMerger {
     AddTrouble(crossings);
   }
 
-  // Faces that were dropped come back where the zip found no partner for a rim, as far as the other
-  // surface does not cover them.
-  ZipResult ZipWithoutGap() {
-    ZipResult zip = Zip();
-    for (int round = 0; round < kMaxRestorings && !zip.open_edges.empty(); ++round) {
-      const auto kept_before = kept_;
-      if (!RestoreAtOpenEdges(zip)) break;
-      ZipResult again = Zip();
-      if (again.open_edges.size() < zip.open_edges.size()) {
-        zip = std::move(again);
-        continue;
-      }
-      kept_ = kept_before;
-      return Zip();
-    }
-    return zip;
-  }
-
   ZipResult Zip() {
     Combine();
     ZipProblem problem;
@@ -260,68 +239,6 @@ class SurfaceMerger {
     problem.old_border = old_border_;
     problem.cut_edges = cut_edges_;
     return ZipRims(problem);
-  }
-
-  bool RestoreAtOpenEdges(const ZipResult& zip) {
-    std::array<std::vector<uint64_t>, 2> rims;  // open edges by vertices of the band
-    std::vector<int32_t> band_vertex(joined_.vertices.size(), -1);
-    for (int side = 0; side < 2; ++side) {
-      for (size_t v = 0; v < place_[side].size(); ++v) {
-        if (place_[side][v] >= 0) band_vertex[Index(place_[side][v])] = static_cast<int32_t>(v);
-      }
-    }
-    for (const auto& [a, b] : zip.open_edges) {
-      rims[side_of_[Index(a)]].push_back(EdgeKey(band_vertex[Index(a)], band_vertex[Index(b)]));
-    }
-    bool has_changed = false;
-    for (int side = 0; side < 2; ++side) {
-      if (!rims[side].empty()) has_changed |= RestoreBeyond(side, rims[side], zip);
-    }
-    return has_changed;
-  }
-
-  // Ring by ring from the rim's edges on.
-  bool RestoreBeyond(int side, const std::vector<uint64_t>& rim, const ZipResult& zip) {
-    const TriangleMesh& mesh = bands_[side].mesh;
-    std::vector<Eigen::Vector3i> others = zip.faces;
-    for (size_t f = 0; f < joined_.faces.size(); ++f) {
-      if (face_side_[f] != side) others.push_back(joined_.faces[f]);
-    }
-    const SurfaceIndex index(joined_.vertices, others);
-    const auto is_covered = [&](size_t f) {
-      Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-      double edge = 0;
-      for (const int v : mesh.faces[f]) {
-        middle += (mesh.vertices[Index(v)] + displacements_[side][Index(v)]) / 3;
-        edge += surfaces_[side]->frames.edge_length[Index(v)] / 3;
-        const bool is_over = sides_[side]->states[Index(v)] == VertexState::kOver;
-        if (is_over && kept_[1 - side][Index(sides_[side]->matches[Index(v)].face)]) return true;
-      }
-      return index.Closest(middle, kClearance * edge).face >= 0;
-    };
-    const FaceNeighbors neighbors = FindFaceNeighbors(mesh.faces, mesh.vertices.size());
-    std::vector<size_t> waiting;
-    const std::unordered_set<uint64_t> edges(rim.begin(), rim.end());
-    for (size_t f = 0; f < mesh.faces.size(); ++f) {
-      const Eigen::Vector3i& face = mesh.faces[f];
-      for (int k = 0; k < 3 && !kept_[side][f]; ++k) {
-        if (!edges.contains(EdgeKey(face[k], face[(k + 1) % 3]))) continue;
-        waiting.push_back(f);
-        break;
-      }
-    }
-    bool has_changed = false;
-    while (!waiting.empty()) {
-      const size_t f = waiting.back();
-      waiting.pop_back();
-      if (kept_[side][f] || is_covered(f)) continue;
-      kept_[side][f] = 1;
-      has_changed = true;
-      for (const int32_t other : neighbors[f]) {
-        if (other >= 0 && !kept_[side][Index(other)]) waiting.push_back(Index(other));
-      }
-    }
-    return has_changed;
   }
 
   // What is kept of both bands, as one mesh; displaced.
