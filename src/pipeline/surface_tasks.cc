@@ -290,7 +290,7 @@ Task MakeRefinementTask(const ReconstructionPtr& reconstruction,
   const size_t num_faces = ExpectedFaces(*reconstruction, input_mesh);
   task.cost = EstimateRefinementCost(reconstruction->scene, *reconstruction->images, num_faces,
                                      options.refinement, context);
-  task.least_bytes = LeastRefinementBytes(*reconstruction->images, task.cost.peak_bytes,
+  task.least_bytes = LeastRefinementBytes(*reconstruction->images, num_faces, task.cost.peak_bytes,
                                           reconstruction->num_threads);
   task.checkpoint_bytes = RefinementCheckpointBytes(num_faces, options.refinement);
   task.output_bytes = ExpectedRefinedBytes(num_faces);

