@@ -190,6 +190,11 @@ void RemoveOutputs(const Task& task, RunStore* store) {
   }
 }
 
+// Of a task that need not run: a run that was killed between its last two steps has left them.
+void RemoveCheckpoints(const Task& task, const RunPlan& plan, const RunStore& store) {
+  TaskCheckpoints(task, TaskRecord(), plan, store).RemoveAll();
+}
+
 double Weight(const Task& task) { return std::max(task.cost.cpu_seconds, 1e-6); }
 
 class StageRunner {
@@ -268,6 +273,9 @@ std::vector<StageSummary> RunTasks(const std::vector<Task>& tasks, const RunPlan
   LSMVS_CHECK_EQ(tasks.size(), plan.tasks.size());
   std::vector<StageSummary> summaries;
   for (const size_t leftover : plan.leftovers) RemoveOutputs(tasks[leftover], store);
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    if (plan.tasks[i].state != TaskState::kRun) RemoveCheckpoints(tasks[i], plan, *store);
+  }
   for (const PlannedStage& stage : plan.stages) {
     if (stage.num_run == 0) continue;
     StageRunner runner(tasks, plan, stage, store, context);

@@ -170,6 +170,25 @@ TEST_F(SurfaceParts, StepsOfOtherOptionsAreNotUsedAndRemoved) {
   ExpectSameMesh("other.ply", "whole.ply");
 }
 
+// As a run leaves them that was killed when its results were there and its steps not yet removed.
+TEST_F(SurfaceParts, StepsOfWhatIsUpToDateAreRemoved) {
+  SKIP_WITH_SANITIZERS;
+  const fs::path scratch = Path("left");
+  fs::create_directories(scratch);
+  const std::vector<std::string> arguments = {"--num_parts", "4", "--scratch_path",
+                                              scratch.string()};
+  ProgramOptions options;
+  options.signal_when = [&] { return HasKept(scratch, "merged"); };
+  EXPECT_EQ(Mesh("left.ply", arguments, options).signal, 9);
+  fs::copy(scratch, Path("kept"), fs::copy_options::recursive);
+  ExpectSuccess(Mesh("left.ply", arguments));
+  EXPECT_EQ(CountCheckpoints(scratch), 0u);
+  fs::copy(Path("kept"), scratch, fs::copy_options::recursive);
+  EXPECT_EQ(CountCheckpoints(scratch), 1u);
+  ExpectSuccess(Mesh("left.ply", arguments));
+  EXPECT_EQ(CountCheckpoints(scratch), 0u);
+}
+
 // A run that has more memory than the one that was killed uses its steps all the same.
 TEST_F(SurfaceParts, AWholeRunGoesOnBehindTheStepsOfADividedOne) {
   SKIP_WITH_SANITIZERS;
