@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -26,15 +27,11 @@ class FaceBlocks {
   std::vector<uint32_t> SeenBy(const PinholeCamera& camera, const Rigid3& cam_from_world) const;
 
  private:
-  struct Box {
-    Eigen::Vector3d min, max;
-  };
-
-  std::vector<Box> boxes_;
+  std::vector<Eigen::AlignedBox3d> boxes_;
 };
 
 // Whether a part of a box may lie in the image, before the camera. False is certain.
 bool MayShow(const PinholeCamera& camera, const Rigid3& cam_from_world,
-             const Eigen::Vector3d& box_min, const Eigen::Vector3d& box_max);
+             const Eigen::AlignedBox3d& box);
 
 }  // namespace lsmvs

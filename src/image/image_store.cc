@@ -297,9 +297,11 @@ struct ImageStore::Cache {
   }
 
   void SetBudget(size_t budget_bytes) {
-    const std::lock_guard<std::mutex> lock(mutex);
-    budget = budget_bytes;
-    while (held > budget) DropOldest();
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      budget = budget_bytes;
+    }
+    Trim(budget_bytes);
   }
 
   void DropOldest() { Drop(std::prev(order.end())); }

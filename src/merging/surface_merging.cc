@@ -243,12 +243,6 @@ class SurfaceMerger {
 
   // What is kept of both bands, as one mesh; displaced.
   void Combine() {
-    joined_ = {};
-    for (auto* flags : {&face_side_, &side_of_, &has_moved_, &may_move_, &is_free_}) flags->clear();
-    edge_length_.clear();
-    normal_.clear();
-    old_border_.clear();
-    cut_edges_.clear();
     for (int side = 0; side < 2; ++side) {
       const MeshBand& band = bands_[side];
       std::vector<uint8_t> used(band.mesh.vertices.size(), 0);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "lsmvs/image/largest_image.h"
 #include "lsmvs/mesh/simplify.h"
 #include "lsmvs/refinement/finishing.h"
 #include "lsmvs/refinement/guard.h"
@@ -399,13 +400,12 @@ double StepBytes(double num_faces, double num_pixels, double largest, double num
 CostEstimate EstimateRefinementCost(const Scene& scene, const ImageStore& images,
                                     size_t num_input_faces, const MeshRefinerOptions& options,
                                     const RunContext& context) {
-  double pixels = 0, largest = 0;
+  double pixels = 0;
   for (int v = 0; v < scene.num_views(); ++v) {
     const PinholeCamera camera = images.Camera(v, 0);
-    const double size = static_cast<double>(camera.width) * camera.height;
-    pixels += size;
-    largest = std::max(largest, size);
+    pixels += static_cast<double>(camera.width) * camera.height;
   }
+  const auto largest = static_cast<double>(LargestImagePixels(images));
   const auto input_faces = static_cast<double>(num_input_faces);
   const double surface_pixels = pixels * EstimateSurfaceShare(scene).once;
   // Faces are halved while they are larger: they end at three quarters of that, in the mean.
@@ -456,15 +456,11 @@ size_t SmallArrayBytes(size_t num_vertices) {
 
 size_t LeastRefinementBytes(const ImageStore& images, size_t num_input_faces, size_t needed_bytes,
                             int num_threads) {
-  size_t largest = 0;
-  for (size_t v = 0; v < images.num_views(); ++v) {
-    const PinholeCamera camera = images.Camera(static_cast<int>(v), 0);
-    largest = std::max(largest, static_cast<size_t>(camera.width) * camera.height);
-  }
   // A thread holds photo, depth and faces of a view, and photo and depth of those that it is
   // compared with: about six. Larger blocks may lie in the scratch file themselves.
   constexpr size_t kPlanes = 3 + 2 * 6, kPlaneBytes = 4;
-  const size_t of_thread = kPlanes * std::min(kPlaneBytes * largest, kMinScratchBlock);
+  const size_t of_thread =
+      kPlanes * std::min(kPlaneBytes * LargestImagePixels(images), kMinScratchBlock);
   // Where less of the mesh is in memory, it comes and goes too often.
   constexpr size_t kLeastMesh = 96 << 20, kLeastShare = 8;
   return static_cast<size_t>(num_threads) * of_thread + SmallArrayBytes(num_input_faces / 2) +

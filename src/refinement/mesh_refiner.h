@@ -122,14 +122,8 @@ struct RefinementLevelSummary {
   double seconds = 0;
 };
 
-struct RefinementResult {
-  // With vertex_colors if asked for, and with vertex_quality (VertexQuality) where max_gap_share is
-  // not 0; orientation as in the input.
-  TriangleMesh mesh;
-  RefinementStatus status = RefinementStatus::kRefined;
-  std::string message;  // one line
-
-  int num_pairs = 0;             // ordered pairs of views
+// What a refinement counted; plain numbers.
+struct RefinementCounts {
   size_t num_faces_seen = 0;     // by at least one pair, of the input
   size_t num_faces_refined = 0;  // before simplification
   size_t num_splits = 0, num_flips = 0, num_collapses = 0;
@@ -138,6 +132,16 @@ struct RefinementResult {
   size_t num_closed_holes = 0;
   // Mean of 1 - ZNCC at full resolution of the input and of the result.
   double input_photo_error = 0, output_photo_error = 0;
+};
+
+struct RefinementResult : RefinementCounts {
+  // With vertex_colors if asked for, and with vertex_quality (VertexQuality) where max_gap_share is
+  // not 0; orientation as in the input.
+  TriangleMesh mesh;
+  RefinementStatus status = RefinementStatus::kRefined;
+  std::string message;  // one line
+
+  int num_pairs = 0;                           // ordered pairs of views
   std::vector<RefinementLevelSummary> levels;  // coarse to fine
   size_t num_steps_found = 0;                  // that an earlier run had finished
 

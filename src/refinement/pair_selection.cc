@@ -120,7 +120,7 @@ class Selector {
     Surroundings near;
     std::vector<uint8_t> is_near(views_.size(), 0);
     for (size_t v = 0; v < views_.size(); ++v) {
-      if (!MayShow(coarse_[v].camera, coarse_[v].cam_from_world, box.min(), box.max())) continue;
+      if (!MayShow(coarse_[v].camera, coarse_[v].cam_from_world, box)) continue;
       is_near[v] = 1;
       near.views.push_back(v);
       near.depths.push_back(depths_.Depth(static_cast<int>(v)));

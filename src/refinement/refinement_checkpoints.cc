@@ -2,37 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <type_traits>
+
 namespace lsmvs {
 
 namespace {
 
-// Of RefinementResult.
-struct Counts {
-  size_t num_faces_seen, num_splits, num_flips, num_collapses;
-  size_t num_faces_refined, num_regions, num_regions_restored, num_dropped_faces, num_closed_holes;
-  double input_photo_error, output_photo_error;
-};
-
-Counts CountsOf(const RefinementResult& r) {
-  return {r.num_faces_seen,       r.num_splits,        r.num_flips,
-          r.num_collapses,        r.num_faces_refined, r.num_regions,
-          r.num_regions_restored, r.num_dropped_faces, r.num_closed_holes,
-          r.input_photo_error,    r.output_photo_error};
-}
-
-void SetCounts(const Counts& counts, RefinementResult* r) {
-  r->num_faces_seen = counts.num_faces_seen;
-  r->num_splits = counts.num_splits;
-  r->num_flips = counts.num_flips;
-  r->num_collapses = counts.num_collapses;
-  r->num_faces_refined = counts.num_faces_refined;
-  r->num_regions = counts.num_regions;
-  r->num_regions_restored = counts.num_regions_restored;
-  r->num_dropped_faces = counts.num_dropped_faces;
-  r->num_closed_holes = counts.num_closed_holes;
-  r->input_photo_error = counts.input_photo_error;
-  r->output_photo_error = counts.output_photo_error;
-}
+static_assert(std::is_trivially_copyable_v<RefinementCounts>);
+using Counts = std::vector<RefinementCounts>;  // of one
 
 std::string StepName(int number) { return fmt::format("level_{}", number); }
 std::string FileName(const char* what, int number) {
@@ -55,7 +32,7 @@ void RefinementCheckpoints::WriteLevel(int number, const RefinementState& state)
   folder_.Write(FileName("input", number), *state.input);
   folder_.Write(FileName("pairs", number), state.pairs->pairs);
   folder_.Write(FileName("pairs_of_face", number), state.pairs->of_face);
-  folder_.Write(FileName("counts", number), std::vector(1, CountsOf(*state.result)));
+  folder_.Write(FileName("counts", number), Counts(1, *state.result));
   folder_.FinishStep(StepName(number));
 }
 
@@ -66,9 +43,9 @@ void RefinementCheckpoints::ReadLevel(int number, const RefinementState& state) 
   folder_.Read(FileName("pairs", number), &state.pairs->pairs);
   folder_.Read(FileName("pairs_of_face", number), &state.pairs->of_face);
   state.pairs->per_face = static_cast<int>(state.pairs->of_face.size() / state.mesh->faces.size());
-  std::vector<Counts> counts;
+  Counts counts;
   folder_.Read(FileName("counts", number), &counts);
-  SetCounts(counts.at(0), state.result);
+  static_cast<RefinementCounts&>(*state.result) = counts.at(0);
 }
 
 void RefinementCheckpoints::WriteJudged(const RefinementResult& result) const {
@@ -76,7 +53,7 @@ void RefinementCheckpoints::WriteJudged(const RefinementResult& result) const {
   folder_.Write("judged_vertices", result.mesh.vertices);
   folder_.Write("judged_faces", result.mesh.faces);
   folder_.Write("judged_quality", result.mesh.vertex_quality);
-  folder_.Write("judged_counts", std::vector(1, CountsOf(result)));
+  folder_.Write("judged_counts", Counts(1, result));
   folder_.FinishStep("judged");
 }
 
@@ -84,9 +61,9 @@ void RefinementCheckpoints::ReadJudged(RefinementResult* result) const {
   folder_.Read("judged_vertices", &result->mesh.vertices);
   folder_.Read("judged_faces", &result->mesh.faces);
   folder_.Read("judged_quality", &result->mesh.vertex_quality);
-  std::vector<Counts> counts;
+  Counts counts;
   folder_.Read("judged_counts", &counts);
-  SetCounts(counts.at(0), result);
+  static_cast<RefinementCounts&>(*result) = counts.at(0);
 }
 
 size_t RefinementCheckpoints::Bytes(size_t num_faces, int pairs_per_face) {

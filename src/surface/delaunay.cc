@@ -67,22 +67,6 @@ int OrientationOfFacet(const CellComplex& complex, const Cell& cell, int i,
   return Orientation(at(0), at(1), at(2), x);
 }
 
-// Across facets that part the cell from x; in a Delaunay complex such walks end.
-int32_t Walk(const CellComplex& complex, const Eigen::Vector3f& x, int32_t current) {
-  const std::vector<Cell>& cells = complex.cells;
-  if (const int k = InfiniteIndex(cells[current]); k >= 0) current = cells[current].neighbor[k];
-  int entry = -1;
-  while (true) {
-    const Cell& cell = cells[current];
-    int exit = 0;
-    while (exit < 4 && (exit == entry || OrientationOfFacet(complex, cell, exit, x) >= 0)) ++exit;
-    if (exit == 4) return current;
-    entry = cell.Reverse(exit);
-    current = cell.neighbor[exit];
-    if (InfiniteIndex(cells[current]) >= 0) return current;
-  }
-}
-
 // Incremental construction (A. Bowyer; D. Watson, 1981): the cells whose circumspheres hold the new
 // point make room for its star. Ties of cospherical points are broken by a perturbation that
 // depends on coordinates only (O. Devillers, M. Teillaud: Perturbations for Delaunay and weighted
@@ -206,7 +190,7 @@ class DelaunayBuilder {
   }
 
   void Insert(int32_t p) {
-    const int32_t start = Walk(complex_, At(p), hint_);  // from the last cell made
+    const int32_t start = LocateCell(complex_, At(p), hint_);  // from the last cell made
     for (const int32_t v : cells_[start].vertex) {
       if (v < 0 || At(v) != At(p)) continue;
       complex_.duplicates.push_back({p, v});
@@ -378,8 +362,21 @@ CellComplex BuildDelaunay(std::vector<Eigen::Vector3f> points, const RunContext&
   return DelaunayBuilder(std::move(points)).Run(context);
 }
 
+// Across facets that part the cell from x; in a Delaunay complex such walks end.
 int32_t LocateCell(const CellComplex& complex, const Eigen::Vector3f& x, int32_t start) {
-  return Walk(complex, x, start);
+  int32_t current = start;
+  const std::vector<Cell>& cells = complex.cells;
+  if (const int k = InfiniteIndex(cells[current]); k >= 0) current = cells[current].neighbor[k];
+  int entry = -1;
+  while (true) {
+    const Cell& cell = cells[current];
+    int exit = 0;
+    while (exit < 4 && (exit == entry || OrientationOfFacet(complex, cell, exit, x) >= 0)) ++exit;
+    if (exit == 4) return current;
+    entry = cell.Reverse(exit);
+    current = cell.neighbor[exit];
+    if (InfiniteIndex(cells[current]) >= 0) return current;
+  }
 }
 
 }  // namespace lsmvs

@@ -16,6 +16,10 @@ std::string ReadBytes(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
+void ExpectSameBytes(const fs::path& a, const fs::path& b) {
+  EXPECT_TRUE(ReadBytes(a) == ReadBytes(b)) << a << " and " << b << " differ";
+}
+
 double CountOf(const fs::path& workspace, const std::string& stage, const fs::path& output,
                const std::string& name) {
   std::ifstream file(workspace / "lsmvs" / "run.json");
@@ -42,6 +46,19 @@ size_t CountCheckpoints(const fs::path& scratch) {
     count += entry.path().filename().string().starts_with("lsmvs-steps-");
   }
   return count;
+}
+
+void KillBehindEach(const std::vector<std::string>& steps, const fs::path& scratch,
+                    const std::function<ProgramResult(const ProgramOptions&)>& run) {
+  for (const std::string& step : steps) {
+    ProgramOptions options;
+    options.signal_when = [&] { return HasKept(scratch, step); };
+    EXPECT_EQ(run(options).signal, 9) << step;
+    EXPECT_EQ(CountCheckpoints(scratch), 1u);
+    EXPECT_TRUE(HasKept(scratch, step));
+  }
+  ExpectSuccess(run({}));
+  EXPECT_EQ(CountCheckpoints(scratch), 0u);
 }
 
 }  // namespace lsmvs

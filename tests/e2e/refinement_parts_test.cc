@@ -68,10 +68,6 @@ class RefinementParts : public testing::Test {
     return RunProgram("lsmvs", arguments, options);
   }
 
-  static void ExpectSameMesh(const std::string& a, const std::string& b) {
-    EXPECT_TRUE(ReadBytes(Path(a)) == ReadBytes(Path(b))) << a << " and " << b << " differ";
-  }
-
   // Made by the first test that needs it.
   static void MakeWhole() {
     if (!fs::exists(Path("whole.ply"))) ExpectSuccess(Refine("whole.ply", {}));
@@ -92,7 +88,7 @@ TEST_F(RefinementParts, AnyNumberGivesTheBytesOfTheWhole) {
     ExpectSuccess(result);
     EXPECT_THAT(result.out, testing::HasSubstr("scratch file"));
     EXPECT_GT(CountOf(folder_->path(), "mesh_refiner", Path(output), "scratch_bytes"), 30e6);
-    ExpectSameMesh(output, "whole.ply");
+    ExpectSameBytes(Path(output), Path("whole.ply"));
   }
 }
 
@@ -105,7 +101,7 @@ TEST_F(RefinementParts, DividesByItselfAndStaysBelowMaxMemory) {
   // What is taken within the 10 ms between two looks at the memory comes on top.
   EXPECT_LT(result.peak_bytes, 1.05 * 260e6);
   RecordProperty("peak_bytes", std::to_string(result.peak_bytes));
-  ExpectSameMesh("small.ply", "whole.ply");
+  ExpectSameBytes(Path("small.ply"), Path("whole.ply"));
 }
 
 TEST_F(RefinementParts, TooLittleForPhotosAndMapsIsRefused) {
@@ -121,16 +117,11 @@ TEST_F(RefinementParts, GoesOnBehindTheLevelsThatWereFinished) {
   fs::create_directories(scratch);
   const std::vector<std::string> arguments = {"--num_parts", "4", "--scratch_path",
                                               scratch.string()};
-  for (const std::string step : {"level_0", "level_1", "judged"}) {
-    ProgramOptions options;
-    options.signal_when = [&] { return HasKept(scratch, step); };
-    EXPECT_EQ(Refine("steps.ply", arguments, options).signal, 9) << step;
-    EXPECT_EQ(CountCheckpoints(scratch), 1u);
-  }
-  ExpectSuccess(Refine("steps.ply", arguments));
+  KillBehindEach({"level_0", "level_1", "judged"}, scratch, [&](const ProgramOptions& options) {
+    return Refine("steps.ply", arguments, options);
+  });
   EXPECT_EQ(CountOf(folder_->path(), "mesh_refiner", Path("steps.ply"), "steps_found"), 3);
-  ExpectSameMesh("steps.ply", "whole.ply");
-  EXPECT_EQ(CountCheckpoints(scratch), 0u);
+  ExpectSameBytes(Path("steps.ply"), Path("whole.ply"));
 }
 
 }  // namespace

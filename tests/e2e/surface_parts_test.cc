@@ -48,8 +48,8 @@ class SurfaceParts : public testing::Test {
   }
 
   static void ExpectSameMesh(const std::string& a, const std::string& b) {
-    EXPECT_TRUE(ReadBytes(Path(a)) == ReadBytes(Path(b))) << a << " and " << b << " differ";
-    EXPECT_TRUE(ReadBytes(Path(a + ".vis")) == ReadBytes(Path(b + ".vis"))) << a << ".vis";
+    ExpectSameBytes(Path(a), Path(b));
+    ExpectSameBytes(Path(a + ".vis"), Path(b + ".vis"));
   }
 
   // Made by the first test that needs it.
@@ -140,18 +140,12 @@ TEST_F(SurfaceParts, GoesOnBehindTheStepsThatWereFinished) {
   fs::create_directories(scratch);
   const std::vector<std::string> arguments = {"--num_parts", "4", "--scratch_path",
                                               scratch.string()};
-  for (const std::string step : {"merged", "labels", "surface"}) {
-    ProgramOptions options;
-    options.signal_when = [&] { return HasKept(scratch, step); };
-    EXPECT_EQ(Mesh("steps.ply", arguments, options).signal, 9) << step;
-    EXPECT_EQ(CountCheckpoints(scratch), 1u);
-    EXPECT_TRUE(HasKept(scratch, step));
-  }
-  ExpectSuccess(Mesh("steps.ply", arguments));
+  KillBehindEach({"merged", "labels", "surface"}, scratch, [&](const ProgramOptions& options) {
+    return Mesh("steps.ply", arguments, options);
+  });
   EXPECT_EQ(CountOf(folder_->path(), "visibility_mesher", Path("steps.ply"), "steps_found"),
             2);  // merged and surface
   ExpectSameMesh("steps.ply", "whole.ply");
-  EXPECT_EQ(CountCheckpoints(scratch), 0u);
 }
 
 TEST_F(SurfaceParts, StepsOfOtherOptionsAreNotUsedAndRemoved) {
@@ -227,7 +221,7 @@ TEST_F(SurfaceParts, LargeMeshesAreSimplifiedWithAScratchFile) {
       "simple2.ply", {"--max_memory", "140MB", "--scratch_path", folder_->path().string()});
   ExpectSuccess(small);
   EXPECT_THAT(small.err, testing::HasSubstr("scratch file in " + folder_->path().string()));
-  EXPECT_TRUE(ReadBytes(Path("simple.ply")) == ReadBytes(Path("simple2.ply")));
+  ExpectSameBytes(Path("simple.ply"), Path("simple2.ply"));
   ExpectError(simplify("x.ply", {"--max_memory", "60MB"}), 5, {"mesh_simplifier", "--max_memory"});
 }
 

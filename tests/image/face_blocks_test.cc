@@ -26,7 +26,7 @@ TEST(MayShow, IsNeverFalseForABoxOfWhichAPointIsInThePicture) {
       const Eigen::Vector3d x = pose * (low + point(share).cwiseProduct(high - low));
       shown = x.z() > 0 && camera.Contains(camera.Project(x));
     }
-    const bool may_show = MayShow(camera, pose, low, high);
+    const bool may_show = MayShow(camera, pose, {low, high});
     EXPECT_TRUE(may_show || !shown) << k;
     num_shown += shown;
     num_culled += !may_show;

@@ -22,8 +22,7 @@ class MeshComparer : public Command {
         "pictures. --run_colmap first runs COLMAP's meshers whose result is missing; what cannot "
         "run is named in the report.\n"
         "Clouds have figures but no picture: those among --input_paths, and what PMVS-2 made in "
-        "the "
-        "workspace's folder pmvs/ (prepared by `colmap image_undistorter --output_type PMVS`). "
+        "the workspace's folder pmvs/ (prepared by `colmap image_undistorter --output_type PMVS`). "
         "Results of PMVS may also be named: a .patch file, a .ply, or its folder.\n"
         "Reports are replaced; nothing else of the workspace is.";
     info.examples = {"lsmvs mesh_comparer --workspace_path dense",

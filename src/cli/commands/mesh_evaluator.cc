@@ -51,8 +51,8 @@ class MeshEvaluator : public Command {
         "A file without faces is taken as a cloud; of clouds the number of points and the share of "
         "the photos that they cover are measured, too. Results of PMVS-2 are taken as it writes "
         "them: a .patch file (with its photos and scores), a .ply, or the folder pmvs/ that "
-        "`colmap "
-        "image_undistorter --output_type PMVS` prepared, whose cameras and photos then serve in "
+        "`colmap image_undistorter --output_type PMVS` prepared, whose cameras and photos then "
+        "serve in "
         "place of a workspace. Nothing of the workspace is changed.";
     info.examples = {
         "lsmvs mesh_evaluator --input_path mesh.ply --ground_truth_path truth.ply --workspace_path "

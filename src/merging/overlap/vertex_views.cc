@@ -35,11 +35,13 @@ VertexViews FindVertexViews(const TriangleMesh& mesh, std::span<const View> view
   const double tolerance = kTolerance * MeanEdgeLength(mesh);
   std::vector<std::vector<uint32_t>> seen(views.size());
   std::vector<uint8_t> sees(num_vertices);
+  const FaceBlocks blocks(mesh.vertices, mesh.faces, context);
   SurfaceMaps maps;
   for (size_t i = 0; i < views.size(); ++i) {
     context.ThrowIfCancelled();
     const PinholeCamera camera = DrawingCamera(views[i].camera);
-    RasterizeMesh(camera, views[i].cam_from_world, mesh.vertices, mesh.faces, {}, &maps);
+    RasterizeMesh(camera, views[i].cam_from_world, mesh.vertices, mesh.faces, {.blocks = &blocks},
+                  &maps);
     const Eigen::Vector3d center = views[i].CenterInWorld();
     ParallelFor(context, num_vertices, kVerticesPerBlock, [&](size_t v) {
       sees[v] = 0;
