@@ -13,13 +13,13 @@ namespace lsmvs {
 
 namespace fs = std::filesystem;
 
-std::string ToString(MapType type) {
-  return type == MapType::kPhotometric ? "photometric" : "geometric";
+std::string ToString(DepthMapKind type) {
+  return type == DepthMapKind::kPhotometric ? "photometric" : "geometric";
 }
 
 namespace {
 
-std::string MapFileName(const std::string& image_name, MapType type) {
+std::string MapFileName(const std::string& image_name, DepthMapKind type) {
   return fmt::format("{}.{}.bin", image_name, ToString(type));
 }
 
@@ -153,11 +153,11 @@ std::vector<fs::path> DenseWorkspace::ModelFiles() const {
   return files;
 }
 
-fs::path DenseWorkspace::DepthMapPath(const std::string& image_name, MapType type) const {
+fs::path DenseWorkspace::DepthMapPath(const std::string& image_name, DepthMapKind type) const {
   return StereoFolder() / "depth_maps" / MapFileName(image_name, type);
 }
 
-fs::path DenseWorkspace::NormalMapPath(const std::string& image_name, MapType type) const {
+fs::path DenseWorkspace::NormalMapPath(const std::string& image_name, DepthMapKind type) const {
   return StereoFolder() / "normal_maps" / MapFileName(image_name, type);
 }
 

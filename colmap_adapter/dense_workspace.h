@@ -4,14 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "lsmvs/scene/depth_map.h"
 #include "lsmvs/scene/scene.h"
 
 namespace lsmvs {
 
-// The two kinds of depth maps that COLMAP tells apart by name.
-enum class MapType { kPhotometric, kGeometric };
-// "photometric" or "geometric".
-std::string ToString(MapType type);
+// As in the names of the files: "photometric" or "geometric".
+std::string ToString(DepthMapKind kind);
 
 // A dense workspace as COLMAP's image_undistorter makes it, and the one place that knows the names
 // of all files in it. Functions do not look at the disk unless they say so.
@@ -30,8 +29,8 @@ struct DenseWorkspace {
     return ImageFolder() / image_name;
   }
   std::filesystem::path StereoFolder() const { return folder / "stereo"; }
-  std::filesystem::path DepthMapPath(const std::string& image_name, MapType type) const;
-  std::filesystem::path NormalMapPath(const std::string& image_name, MapType type) const;
+  std::filesystem::path DepthMapPath(const std::string& image_name, DepthMapKind type) const;
+  std::filesystem::path NormalMapPath(const std::string& image_name, DepthMapKind type) const;
   std::filesystem::path PatchMatchConfigPath() const { return StereoFolder() / "patch-match.cfg"; }
   std::filesystem::path FusionConfigPath() const { return StereoFolder() / "fusion.cfg"; }
 

@@ -180,7 +180,7 @@ std::optional<Eigen::Vector2i> CompleteMapSize(const fs::path& path, int channel
   }
 }
 
-bool HasDepthMap(const DenseWorkspace& workspace, const View& view, MapType type) {
+bool HasDepthMap(const DenseWorkspace& workspace, const View& view, DepthMapKind type) {
   const auto depth_size = CompleteMapSize(workspace.DepthMapPath(view.name, type), 1);
   const fs::path normal_path = workspace.NormalMapPath(view.name, type);
   if (!fs::exists(normal_path)) return depth_size.has_value();
@@ -188,7 +188,7 @@ bool HasDepthMap(const DenseWorkspace& workspace, const View& view, MapType type
   return depth_size && normal_size && *depth_size == *normal_size;
 }
 
-DepthMap ReadDepthMap(const DenseWorkspace& workspace, const View& view, MapType type) {
+DepthMap ReadDepthMap(const DenseWorkspace& workspace, const View& view, DepthMapKind type) {
   const fs::path depth_path = workspace.DepthMapPath(view.name, type);
   const fs::path normal_path = workspace.NormalMapPath(view.name, type);
   DepthMap map;
@@ -211,7 +211,7 @@ DepthMap ReadDepthMap(const DenseWorkspace& workspace, const View& view, MapType
   return map;
 }
 
-void WriteDepthMap(const DenseWorkspace& workspace, const View& view, MapType type,
+void WriteDepthMap(const DenseWorkspace& workspace, const View& view, DepthMapKind type,
                    const DepthMap& map) {
   LSMVS_CHECK_EQ(map.normal.width, map.depth.width);
   LSMVS_CHECK_EQ(map.normal.height, map.depth.height);
@@ -225,7 +225,7 @@ namespace {
 
 class FileDepthMapSource : public DepthMapSource {
  public:
-  FileDepthMapSource(DenseWorkspace workspace, const Scene& scene, MapType type,
+  FileDepthMapSource(DenseWorkspace workspace, const Scene& scene, DepthMapKind type,
                      size_t budget_bytes)
       : workspace_(std::move(workspace)), scene_(scene), type_(type), maps_(budget_bytes) {}
 
@@ -246,14 +246,14 @@ class FileDepthMapSource : public DepthMapSource {
 
   const DenseWorkspace workspace_;
   const Scene& scene_;
-  const MapType type_;
+  const DepthMapKind type_;
   mutable Maps maps_;
 };
 
 }  // namespace
 
 std::unique_ptr<DepthMapSource> MakeDepthMapSource(const DenseWorkspace& workspace,
-                                                   const Scene& scene, MapType type,
+                                                   const Scene& scene, DepthMapKind type,
                                                    size_t budget_bytes) {
   return std::make_unique<FileDepthMapSource>(workspace, scene, type, budget_bytes);
 }

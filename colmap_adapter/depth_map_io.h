@@ -29,17 +29,17 @@ namespace lsmvs {
 std::optional<Eigen::Vector2i> CompleteMapSize(const std::filesystem::path& path, int channels);
 
 // Whether the view has a complete depth map of the type, and a normal map of the same size or none.
-bool HasDepthMap(const DenseWorkspace& workspace, const View& view, MapType type);
+bool HasDepthMap(const DenseWorkspace& workspace, const View& view, DepthMapKind type);
 
 // The maps of one view; a map smaller than the image has the camera view.camera.Resized(width,
 // height). The normal map may be missing: normals are derived from the depths then. Depths that
 // are not finite or not positive become 0, normals that are not finite or point away from the
 // camera become zero, the others get unit length. Throws InputError if the depth map is missing,
 // either is truncated or malformed, their sizes differ, or they are larger than the image.
-DepthMap ReadDepthMap(const DenseWorkspace& workspace, const View& view, MapType type);
+DepthMap ReadDepthMap(const DenseWorkspace& workspace, const View& view, DepthMapKind type);
 
 // Writes both maps, atomically, the depth map last. Throws FileSystemError.
-void WriteDepthMap(const DenseWorkspace& workspace, const View& view, MapType type,
+void WriteDepthMap(const DenseWorkspace& workspace, const View& view, DepthMapKind type,
                    const DepthMap& map);
 
 // The maps of a workspace, read when they are asked for; keeps the most recently used ones, packed,
@@ -47,7 +47,7 @@ void WriteDepthMap(const DenseWorkspace& workspace, const View& view, MapType ty
 // give null. Thread-safe. `scene` must outlive the
 // source.
 std::unique_ptr<DepthMapSource> MakeDepthMapSource(const DenseWorkspace& workspace,
-                                                   const Scene& scene, MapType type,
+                                                   const Scene& scene, DepthMapKind type,
                                                    size_t budget_bytes);
 
 // Moves all samples from the rays through pixel centres to those through their top-left corners, or

@@ -7,8 +7,8 @@
 #include <map>
 #include <set>
 
-#include "lsmvs/cli/nearest_name.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/nearest_name.h"
 
 namespace lsmvs {
 
@@ -56,7 +56,7 @@ std::string Canonical(const std::string& name) {
 }
 
 std::vector<std::string> NamesOf(const OptionSet& options) {
-  std::vector<std::string> names = {"help", "version"};
+  std::vector<std::string> names = {"help", "help_all", "version"};
   for (const OptionSet::Entry& entry : options.entries()) names.push_back(entry.name);
   return names;
 }
@@ -186,6 +186,7 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const Op
   CLI::App app;
   app.set_help_flag();
   app.add_flag("-h,--help", line.help);
+  app.add_flag("--help_all,--help-all", line.help_all);
   app.add_flag("--version", line.version);
   for (const OptionSet::Entry& entry : options.entries()) {
     std::string names = "--" + entry.name;
@@ -206,7 +207,7 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const Op
   try {
     app.parse(reversed);
   } catch (const CLI::ParseError& error) {
-    if (!line.help) Complain(error, app, options);
+    if (!line.help && !line.help_all) Complain(error, app, options);
   }
   return line;
 }

@@ -12,6 +12,7 @@ namespace lsmvs {
 // What a user typed after the name of a command.
 struct CommandLine {
   bool help = false;                      // -h, --help
+  bool help_all = false;                  // --help_all
   bool version = false;                   // --version
   std::vector<Assignment> assignments;    // in the order typed
   std::set<std::string> without_meaning;  // those given of that list

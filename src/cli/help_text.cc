@@ -50,6 +50,38 @@ std::string GroupHelp(const std::string& title, const OptionSet& options, const 
   return text.empty() ? text : fmt::format("\n{}:\n{}", title, text);
 }
 
+// The first sentence of an option's help, and its default.
+std::string ShortText(const OptionSet::Entry& entry) {
+  const std::string help = Sentence(entry.help);
+  std::string text = help.substr(0, help.find(". "));
+  if (text.back() != '.') text += '.';
+  if (!entry.default_value.empty()) text += fmt::format(" [{}]", entry.default_value);
+  return text;
+}
+
+// "  NAME   text", the text wrapped in its own column.
+std::string ShortEntry(const std::string& name, const std::string& text) {
+  constexpr size_t kColumn = 30;
+  std::string wrapped = Wrap(text, kColumn);
+  const std::string head = "  " + name;
+  if (head.size() + 2 > kColumn) return head + "\n" + wrapped;
+  return wrapped.replace(0, head.size(), head);
+}
+
+std::string ShortOptions(const OptionSet& options, const std::vector<std::string>& required) {
+  std::string first, others;
+  for (const OptionSet::Entry& entry : options.entries()) {
+    if (!GroupOf(entry.name).empty()) continue;
+    const bool is_required =
+        std::find(required.begin(), required.end(), entry.name) != required.end();
+    const std::string value = entry.type == "BOOL" ? "0|1" : entry.type;
+    (is_required ? first : others) +=
+        ShortEntry(fmt::format("--{} {}", entry.name, value),
+                   ShortText(entry) + (is_required ? " Required." : ""));
+  }
+  return first + others;
+}
+
 std::vector<std::string> GroupsInOrder(const OptionSet& options) {
   std::vector<std::string> groups;
   for (const OptionSet::Entry& entry : options.entries()) {
@@ -107,15 +139,41 @@ std::string ExitCodeHelp() {
          "there\n";
 }
 
-std::string CommandHelp(const std::string& program, const CommandInfo& info,
-                        const OptionSet& own_options, const OptionSet& common_options) {
+namespace {
+
+std::string Introduction(const std::string& program, const CommandInfo& info) {
   std::string text = fmt::format("{}: {}\n\n{}", program, info.summary, Usage(program, info));
   text += fmt::format("\n{}", Wrap(info.details, 0));
   if (!info.examples.empty()) text += "\nExamples:\n";
   for (const std::string& example : info.examples) text += fmt::format("  {}\n", example);
+  return text;
+}
+
+std::string ShortHelp(const std::string& program, const CommandInfo& info,
+                      const OptionSet& own_options, const OptionSet& common_options) {
+  std::string text = Introduction(program, info) + "\nOptions [default]:\n";
+  text += ShortOptions(own_options, info.required);
+  std::vector<std::string> common;
+  for (const OptionSet::Entry& entry : common_options.entries()) {
+    common.push_back("--" + entry.name);
+  }
+  text += fmt::format("\nOf every command: {}\n", fmt::join(common, " "));
+  const std::vector<std::string> groups = GroupsInOrder(own_options);
+  return text + Wrap(groups.empty() ? "--help_all tells more of each option."
+                                    : fmt::format("--help_all tells more of each option, and shows "
+                                                  "those of {}.",
+                                                  fmt::join(groups, ", ")),
+                     0);
+}
+
+std::string FullHelp(const std::string& program, const CommandInfo& info,
+                     const OptionSet& own_options, const OptionSet& common_options) {
+  std::string text = Introduction(program, info);
   text += GroupHelp("Options", own_options, "", info.required);
   text += GroupHelp("Common options", common_options, "", {});
-  text += "  -h, --help\n      Prints this text.\n  --version\n      Prints the version.\n";
+  text +=
+      "  -h, --help\n      Prints the main options.\n"
+      "  --help_all\n      Prints this text.\n  --version\n      Prints the version.\n";
   for (const std::string& group : GroupsInOrder(own_options)) {
     text += GroupHelp(group, own_options, group, {});
   }
@@ -126,11 +184,18 @@ std::string CommandHelp(const std::string& program, const CommandInfo& info,
   return text + ExitCodeHelp();
 }
 
+}  // namespace
+
+std::string CommandHelp(const std::string& program, const CommandInfo& info,
+                        const OptionSet& own_options, const OptionSet& common_options, bool all) {
+  return (all ? FullHelp : ShortHelp)(program, info, own_options, common_options);
+}
+
 std::string OverviewHelp(const std::vector<CommandFactory>& commands) {
   std::string text =
       "lsmvs: dense multi-view stereo and meshing for COLMAP workspaces\n\n"
       "Usage: lsmvs COMMAND [options]\n"
-      "       lsmvs COMMAND --help\n"
+      "       lsmvs COMMAND --help          its main options; --help_all: all of them\n"
       "       lsmvs-mesher WORKSPACE        runs every step that leads from photos to a mesh\n\n"
       "Commands:\n";
   for (const CommandFactory& make : commands) {

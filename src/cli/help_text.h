@@ -13,9 +13,10 @@ namespace lsmvs {
 // the line breaks that are there.
 std::string Wrap(const std::string& text, size_t indent, size_t width = 96);
 
-// `program` is what is typed before the options: "lsmvs stereo_fusion".
+// `program` is what is typed before the options: "lsmvs stereo_fusion". Fits a screen: the options
+// without a group, a line or two each; with `all` every option with its bounds, and the exit codes.
 std::string CommandHelp(const std::string& program, const CommandInfo& info,
-                        const OptionSet& own_options, const OptionSet& common_options);
+                        const OptionSet& own_options, const OptionSet& common_options, bool all);
 
 // Help of `lsmvs` itself: the list of commands.
 std::string OverviewHelp(const std::vector<CommandFactory>& commands);
@@ -23,7 +24,7 @@ std::string OverviewHelp(const std::vector<CommandFactory>& commands);
 // "lsmvs 0.1.0".
 std::string VersionLine();
 
-// The table of exit codes, as printed by every --help.
+// The table of exit codes, as printed by --help_all.
 std::string ExitCodeHelp();
 
 }  // namespace lsmvs

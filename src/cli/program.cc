@@ -13,10 +13,10 @@
 #include "lsmvs/cli/command_line.h"
 #include "lsmvs/cli/common_options.h"
 #include "lsmvs/cli/help_text.h"
-#include "lsmvs/cli/nearest_name.h"
 #include "lsmvs/cli/signals.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
+#include "lsmvs/util/nearest_name.h"
 #include "lsmvs/util/scratch_memory.h"
 
 namespace lsmvs {
@@ -112,8 +112,8 @@ void ParseAndRun(const std::string& program, Command* command,
   const CommandInfo info = command->Info();
   CommandLine line =
       ParseCommandLine(arguments, all_options, info.positional, info.without_meaning);
-  if (line.help) {
-    fmt::print("{}", CommandHelp(program, info, own_options, common_options));
+  if (line.help || line.help_all) {
+    fmt::print("{}", CommandHelp(program, info, own_options, common_options, line.help_all));
     return;
   }
   if (line.version) {

@@ -6,16 +6,16 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "lsmvs/cli/check_contrast.h"
-#include "lsmvs/cli/colmap_workspace.h"
 #include "lsmvs/cli/common_options.h"
 #include "lsmvs/cli/help_text.h"
-#include "lsmvs/cli/joined_clouds.h"
 #include "lsmvs/cli/plan_text.h"
+#include "lsmvs/colmap_adapter/cloud_inputs.h"
 #include "lsmvs/colmap_adapter/joined_models.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
+#include "lsmvs/colmap_adapter/workspace_files.h"
 #include "lsmvs/execution/run_store.h"
 #include "lsmvs/execution/run_tasks.h"
+#include "lsmvs/scene/contrast_check.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
 

@@ -6,6 +6,7 @@
 
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/statistics.h"
 
 namespace lsmvs {
 
@@ -13,13 +14,6 @@ namespace {
 
 PinholeCamera Thinned(const PinholeCamera& camera, int step) {
   return camera.Resized(std::max(1, camera.width / step), std::max(1, camera.height / step));
-}
-
-double Median(std::vector<double>* values) {
-  if (values->empty()) return 0;
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
 }
 
 // Adds the errors of one view; `relative` collects |z - z_true| / z_true.
@@ -92,12 +86,12 @@ DepthErrors MeasureDepthErrors(const MeshTracer& reconstruction, const MeshTrace
                     options.num_bins, &relative);
     histogram.name = view.name;
     all_relative.insert(all_relative.end(), relative.begin(), relative.end());
-    histogram.median_relative = Median(&relative);
+    if (!relative.empty()) histogram.median_relative = Median(&relative);
     Accumulate(histogram, &result.all);
     result.views.push_back(std::move(histogram));
     context.Report(static_cast<double>(result.views.size()) / static_cast<double>(views.size()));
   }
-  result.all.median_relative = Median(&all_relative);
+  if (!all_relative.empty()) result.all.median_relative = Median(&all_relative);
   return result;
 }
 

@@ -10,6 +10,7 @@
 
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/statistics.h"
 
 namespace lsmvs {
 
@@ -245,12 +246,8 @@ Eigen::Vector3d FitCenter(const std::vector<Eigen::Vector3d>& points, double sha
   const size_t cut = static_cast<size_t>(0.5 * (1 - share) * static_cast<double>(points.size()));
   for (int axis = 0; axis < 3; ++axis) {
     for (size_t i = 0; i < points.size(); ++i) values[i] = points[i][axis];
-    const auto low = values.begin() + static_cast<std::ptrdiff_t>(cut);
-    const auto high = values.end() - 1 - static_cast<std::ptrdiff_t>(cut);
-    std::nth_element(values.begin(), low, values.end());
-    const double low_value = *low;
-    std::nth_element(values.begin(), high, values.end());
-    center[axis] = 0.5 * (low_value + *high);
+    const double low = ValueOfRank(&values, cut);
+    center[axis] = 0.5 * (low + ValueOfRank(&values, values.size() - 1 - cut));
   }
   return center;
 }
@@ -268,10 +265,7 @@ double FitDistance(const std::vector<Eigen::Vector3d>& points, const Eigen::Vect
                               std::abs(x.y()) * camera.fy / half_height) -
                      x.z());
   }
-  const size_t rank = static_cast<size_t>(share * static_cast<double>(needed.size() - 1));
-  const auto place = needed.begin() + static_cast<std::ptrdiff_t>(rank);
-  std::nth_element(needed.begin(), place, needed.end());
-  return std::max(*place, 1e-9);
+  return std::max(Quantile(&needed, share), 1e-9);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "lsmvs/image/sampling.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/statistics.h"
 
 namespace lsmvs {
 
@@ -221,9 +222,7 @@ void Total(std::vector<std::vector<float>>* values, PhotometricScore* result) {
   result->mean_zncc = Ratio(sum, covered);
   result->score = Ratio(positive, textured);
   if (all.empty()) return;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  result->median_zncc = *middle;
+  result->median_zncc = Median(&all);
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 
 #include "lsmvs/evaluation/photos/view_coverage.h"
@@ -13,6 +12,8 @@
 #include "lsmvs/evaluation/samples/surface_samples.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/phase_timer.h"
+#include "lsmvs/util/statistics.h"
 
 namespace lsmvs {
 
@@ -48,12 +49,10 @@ double Diagonal(const Points& vertices) {
 }
 
 // Value below which `share` of the values lie.
-double Quantile(std::vector<double>* values, double share) {
+double ValueAbove(std::vector<double>* values, double share) {
   const size_t rank = std::min(values->size() - 1,
                                static_cast<size_t>(share * static_cast<double>(values->size())));
-  const auto place = values->begin() + static_cast<std::ptrdiff_t>(rank);
-  std::nth_element(values->begin(), place, values->end());
-  return *place;
+  return ValueOfRank(values, rank);
 }
 
 DistanceStatistics Summarize(std::vector<double> distances, const std::vector<double>& thresholds,
@@ -71,8 +70,8 @@ DistanceStatistics Summarize(std::vector<double> distances, const std::vector<do
                                      [&](double d) { return d < thresholds[k] * unit; });
     result.shares[k] = static_cast<double>(right) / count;
   }
-  result.median = Quantile(&distances, 0.5);
-  result.percentile_95 = Quantile(&distances, 0.95);
+  result.median = ValueAbove(&distances, 0.5);
+  result.percentile_95 = ValueAbove(&distances, 0.95);
   return result;
 }
 
@@ -98,19 +97,6 @@ size_t CountNotFinite(const Points& points) {
 }
 
 double HarmonicMean(double a, double b) { return a + b > 0 ? 2 * a * b / (a + b) : 0; }
-
-class Stopwatch {
- public:
-  double Lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 }  // namespace
 

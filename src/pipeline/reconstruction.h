@@ -8,9 +8,9 @@
 #include "lsmvs/execution/task.h"
 #include "lsmvs/image/image_store.h"
 #include "lsmvs/pipeline/reconstruction_options.h"
-#include "lsmvs/pipeline/workspace_files.h"
 #include "lsmvs/scene/scene.h"
 #include "lsmvs/scene/view_selection.h"
+#include "lsmvs/scene/workspace_files.h"
 
 namespace lsmvs {
 

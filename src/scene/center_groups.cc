@@ -2,17 +2,13 @@
 
 #include <algorithm>
 
+#include "lsmvs/util/statistics.h"
+
 namespace lsmvs {
 
 namespace {
 
 constexpr double kSamePlace = 1e-4;
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Median distance of the centres from their median.
 double Spread(const std::vector<Eigen::Vector3d>& centers) {
@@ -20,11 +16,11 @@ double Spread(const std::vector<Eigen::Vector3d>& centers) {
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
     for (const Eigen::Vector3d& center : centers) values.push_back(center[axis]);
-    median[axis] = Median(std::move(values));
+    median[axis] = Median(&values);
   }
   std::vector<double> distances;
   for (const Eigen::Vector3d& center : centers) distances.push_back((center - median).norm());
-  return Median(std::move(distances));
+  return Median(&distances);
 }
 
 }  // namespace

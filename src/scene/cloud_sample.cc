@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "lsmvs/util/statistics.h"
+
 namespace lsmvs {
 
 namespace {
@@ -66,9 +68,7 @@ void CloudSampler::MeasureFirst() {
     if (std::isfinite(size) && size > 0) sizes.push_back(size);
   }
   if (sizes.empty()) return;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  SetCubeSize(*middle);
+  SetCubeSize(Median(&sizes));
   const VisibilityCloud first = std::exchange(first_, {});
   for (size_t p = 0; p < first.size(); ++p) {
     AddToPlaces(first.positions[p], first.normals[p], first.ViewsOf(p));

@@ -7,6 +7,9 @@
 
 namespace lsmvs {
 
+// Of the two passes of stereo: from the photos alone, and with the neighbours' maps.
+enum class DepthMapKind { kPhotometric, kGeometric };
+
 // Depth and normal of one view, at the centres of the pixels of some level of its image (the size
 // says which: scale the camera with PinholeCamera::Resized). On disk COLMAP's maps mean pixel
 // corners instead: the adapter converts.

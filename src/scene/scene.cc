@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "lsmvs/util/statistics.h"
+
 namespace lsmvs {
 
 namespace {
@@ -85,9 +87,7 @@ double GroundSamplingDistance(const Scene& scene) {
     }
   }
   if (distances.empty()) return 0;
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return Median(&distances);
 }
 
 std::string MaskPath(const std::string& mask_folder, const std::string& image_name) {

@@ -9,6 +9,7 @@
 
 #include "lsmvs/geometry/triangulation.h"
 #include "lsmvs/scene/selection/same_sights.h"
+#include "lsmvs/util/statistics.h"
 
 namespace lsmvs {
 
@@ -110,9 +111,7 @@ std::vector<Neighbor> UsableNeighbors(const ViewSelectionOptions& options,
     PairStatistics& pair = (*others)[other];
     const int num_shared = static_cast<int>(pair.angles_deg.size());
     if (num_shared < options.min_num_shared_points) continue;
-    const auto middle = pair.angles_deg.begin() + num_shared / 2;
-    std::nth_element(pair.angles_deg.begin(), middle, pair.angles_deg.end());
-    const double angle_deg = *middle;
+    const double angle_deg = Median(&pair.angles_deg);
     if (angle_deg < options.min_triangulation_angle_deg) continue;
     if (angle_deg > options.max_triangulation_angle_deg) continue;
     const double coverage =

@@ -166,9 +166,10 @@ class Fuser {
   std::vector<PinholeCamera> map_cameras_;  // of the views whose map was seen; width 0 otherwise
 };
 
-// Best first; a pair counts for both of its views.
-std::vector<std::vector<int>> SymmetricNeighbors(const std::vector<std::vector<Neighbor>>& lists,
-                                                 int limit) {
+// The best of those that a view chose and those that chose it, by score. Cut to `limit`, so not
+// symmetric: a much chosen view keeps its best ones only.
+std::vector<std::vector<int>> RankedNeighbors(const std::vector<std::vector<Neighbor>>& lists,
+                                              int limit) {
   std::vector<std::vector<std::pair<double, int>>> scored(lists.size());
   for (size_t a = 0; a < lists.size(); ++a) {
     for (const Neighbor& neighbor : lists[a]) {
@@ -214,8 +215,7 @@ Fuser::Fuser(const Scene& scene, const ImageStore& images,
       image_bytes_held_(kViewsHeld * LargestImagePixels(images) *
                         (sizeof(Color) + sizeof(uint8_t))),
       places_(CenterGroups(scene)),
-      neighbor_idxs_(
-          GroupByPlace(SymmetricNeighbors(neighbors, options.check_num_images), places_)),
+      neighbor_idxs_(GroupByPlace(RankedNeighbors(neighbors, options.check_num_images), places_)),
       covered_(scene.views.size()),
       map_cameras_(scene.views.size()) {}
 

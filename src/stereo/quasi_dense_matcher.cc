@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 
@@ -17,6 +16,7 @@
 #include "lsmvs/stereo/quasi_dense/tracks.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/phase_timer.h"
 
 namespace lsmvs {
 
@@ -40,29 +40,6 @@ size_t GridBudget(const ImageStore& images, const QuasiDenseOptions& options, si
   return std::min(budget / (2 * kBudgetShareOfGrids),
                   kViewsHeld * static_cast<size_t>(points * sizeof(InterestPoint)));
 }
-
-// Adds the wall time of its life to a phase.
-class PhaseTimer {
- public:
-  PhaseTimer(const char* phase, QuasiDenseResult* result)
-      : phase_(phase), result_(result), begin_(std::chrono::steady_clock::now()) {}
-  ~PhaseTimer() {
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin_;
-    auto& seconds = result_->seconds;
-    const auto found = std::find_if(seconds.begin(), seconds.end(),
-                                    [&](const auto& entry) { return entry.first == phase_; });
-    if (found != seconds.end()) {
-      found->second += spent.count();
-    } else {
-      seconds.emplace_back(phase_, spent.count());
-    }
-  }
-
- private:
-  const char* phase_;
-  QuasiDenseResult* result_;
-  std::chrono::steady_clock::time_point begin_;
-};
 
 bool Usable(const DepthRange& range) { return range.min > 0 && range.max > range.min; }
 
@@ -144,7 +121,7 @@ class Matcher {
   void MatchView(int view_idx, int level, bool coarsest) {
     PointGrid grid = Detect(view_idx, level);
     const SearchView view = MakeSearchView(view_idx, level);
-    const PhaseTimer timer("search", result_);
+    const PhaseTimer timer("search", &result_->seconds);
     size_t& num_patches = result_->counters.num_patches;
     if (coarsest) {
       num_patches += SearchRange(view, context_, &grid);
@@ -177,7 +154,7 @@ class Matcher {
   }
 
   PointGrid Detect(int view_idx, int level) {
-    const PhaseTimer timer("detect", result_);
+    const PhaseTimer timer("detect", &result_->seconds);
     const auto gray = images_.Gray(view_idx, level);
     const auto mask = images_.Mask(view_idx, level);
     const DetectionOptions detection{static_cast<float>(options_.spacing_px),
@@ -202,7 +179,7 @@ class Matcher {
   }
 
   SearchView MakeSearchView(int view_idx, int level) {
-    const PhaseTimer timer("images", result_);
+    const PhaseTimer timer("images", &result_->seconds);
     const std::vector<int>& neighbors = neighbors_[static_cast<size_t>(view_idx)];
     const DepthRange& range = ranges_[static_cast<size_t>(view_idx)];
     SearchView view;
@@ -222,7 +199,7 @@ class Matcher {
   // Takes the matches of points that no neighbour confirms. All views are judged before any match
   // goes.
   void KeepMutual(int level) {
-    const PhaseTimer timer("mutual check", result_);
+    const PhaseTimer timer("mutual check", &result_->seconds);
     std::unique_ptr<GridStore> kept = NewGrids();
     for (int v = 0; v < scene_.num_views(); ++v) {
       if (!Active(v)) continue;
@@ -254,7 +231,7 @@ class Matcher {
     for (int v = 0; v < scene_.num_views(); ++v) {
       if (Active(v)) {
         const SearchView view = MakeSearchView(v, options_.finest_level);
-        const PhaseTimer timer("tracks", result_);
+        const PhaseTimer timer("tracks", &result_->seconds);
         const VisibilityCloud part = MakeTracks(v, view, GridsAround(v, view.pairings),
                                                 *images_.Colors(v, options_.finest_level), context_,
                                                 &world, &result_->counters);

@@ -15,6 +15,7 @@
 #include "lsmvs/scene/visibility_cloud.h"
 #include "lsmvs/util/cost_estimate.h"
 #include "lsmvs/util/option_set.h"
+#include "lsmvs/util/phase_timer.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
@@ -87,7 +88,7 @@ struct QuasiDenseResult {
   QuasiDenseStatus status = QuasiDenseStatus::kSuccess;
   std::string message;  // one line: what was made, or why nothing
   QuasiDenseCounters counters;
-  std::vector<std::pair<std::string, double>> seconds;  // wall time of each phase, in order
+  PhaseSeconds seconds;
 };
 
 // Photos -> quasi-dense points with the views that see each of them.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <utility>
@@ -20,6 +19,7 @@
 #include "lsmvs/surface/weights/ray_weigher.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
+#include "lsmvs/util/phase_timer.h"
 #include "lsmvs/util/scratch_memory.h"
 
 namespace lsmvs {
@@ -74,10 +74,8 @@ class Mesher {
   template <class Phase>
   void Time(const char* name, const Phase& phase) {
     context_.ThrowIfCancelled();
-    const auto begin = std::chrono::steady_clock::now();
+    const PhaseTimer timer(name, &result_.seconds);
     phase();
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    result_.seconds.emplace_back(name, seconds.count());
   }
 
   void MergeAndFilter(const RunContext& context) {

@@ -16,6 +16,7 @@
 #include "lsmvs/util/checkpoint_folder.h"
 #include "lsmvs/util/cost_estimate.h"
 #include "lsmvs/util/option_set.h"
+#include "lsmvs/util/phase_timer.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
@@ -136,7 +137,7 @@ struct VisibilityMesherResult {
   VisibilityMesherStatus status = VisibilityMesherStatus::kSuccess;
   std::string message;  // one line: what was made, or why nothing
   VisibilityMesherCounters counters;
-  std::vector<std::pair<std::string, double>> seconds;  // wall time of each phase, in order
+  PhaseSeconds seconds;
   size_t predicted_peak_bytes = 0;  // MeshingSize::PeakBytes of the merged points
   size_t measured_peak_bytes = 0;   // growth of this process while meshing
 };

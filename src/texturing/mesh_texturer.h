@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <string>
 
 #include "lsmvs/image/image_store.h"
@@ -12,6 +11,7 @@
 #include "lsmvs/scene/scene.h"
 #include "lsmvs/util/cost_estimate.h"
 #include "lsmvs/util/option_set.h"
+#include "lsmvs/util/phase_timer.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
@@ -66,7 +66,7 @@ struct TexturingResult {
   double utilisation = 0;  // texels in faces / texels of all pages
   size_t num_ghosts = 0;   // candidates left out, of all faces
   bool gains_used = false;
-  std::map<std::string, double> seconds;  // wall time of the phases
+  PhaseSeconds seconds;
 };
 
 // Takes a page (in order of its number, from 0) and returns where it lies now.

@@ -7,7 +7,6 @@
 
 #include "lsmvs/cli/common_options.h"
 #include "lsmvs/cli/help_text.h"
-#include "lsmvs/cli/nearest_name.h"
 #include "lsmvs/cli/program.h"
 #include "lsmvs/test_support/temporary_folder.h"
 #include "lsmvs/util/error.h"
@@ -16,6 +15,7 @@ namespace lsmvs {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 struct Options {
   std::string workspace;
@@ -95,8 +95,23 @@ TEST(CommandLine, HelpSaysOfListsThatTheyMayBeRepeated) {
   options.Describe(&own);
   CommandInfo info;
   info.name = "test";
-  EXPECT_THAT(CommandHelp("lsmvs test", info, own, common),
+  EXPECT_THAT(CommandHelp("lsmvs test", info, own, common, true),
               HasSubstr("Files. May be given several times."));
+}
+
+// The short help has every option without a group, and the groups by name only.
+TEST(CommandLine, ShortHelpLeavesGroupsToHelpAll) {
+  Options options;
+  OptionSet own, common;
+  options.Describe(&own);
+  CommandInfo info;
+  info.name = "test";
+  const std::string text = CommandHelp("lsmvs test", info, own, common, false);
+  EXPECT_THAT(text, HasSubstr("--max_image_size INT"));
+  EXPECT_THAT(text, HasSubstr("--help_all"));
+  EXPECT_THAT(text, HasSubstr("Group"));
+  EXPECT_THAT(text, Not(HasSubstr("--Group.size")));
+  EXPECT_THAT(CommandHelp("lsmvs test", info, own, common, true), HasSubstr("--Group.size"));
 }
 
 TEST(CommandLine, TakesValuesFlagsAndThePositional) {
@@ -189,12 +204,6 @@ TEST(IniFile, UnknownKeyOfAKnownGroupIsAnError) {
   EXPECT_THROW(ApplyIni("[Group]\nmax_eror=0.1\n", &options), UsageError);
   EXPECT_THROW(ApplyIni("max_images=0.1\n", &options), UsageError);
   EXPECT_THROW(ReadIniFile("/nonexistent/x.ini"), InputError);
-}
-
-TEST(NearestName, EditDistance) {
-  EXPECT_EQ(EditDistance("kitten", "sitting"), 3);
-  EXPECT_EQ(EditDistance("", "abc"), 3);
-  EXPECT_EQ(EditDistance("Same", "same"), 0);
 }
 
 TEST(Bytes, ParsesUnits) {

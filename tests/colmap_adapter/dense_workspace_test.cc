@@ -39,9 +39,9 @@ class DenseWorkspaceTest : public testing::Test {
 
 TEST_F(DenseWorkspaceTest, NamesAreColmaps) {
   const DenseWorkspace workspace{"/w"};
-  EXPECT_EQ(workspace.DepthMapPath("sub/a.jpg", MapType::kPhotometric),
+  EXPECT_EQ(workspace.DepthMapPath("sub/a.jpg", DepthMapKind::kPhotometric),
             "/w/stereo/depth_maps/sub/a.jpg.photometric.bin");
-  EXPECT_EQ(workspace.NormalMapPath("a.jpg", MapType::kGeometric),
+  EXPECT_EQ(workspace.NormalMapPath("a.jpg", DepthMapKind::kGeometric),
             "/w/stereo/normal_maps/a.jpg.geometric.bin");
   EXPECT_EQ(DenseWorkspace::VisibilityPath(workspace.FusedPath()), "/w/fused.ply.vis");
 }

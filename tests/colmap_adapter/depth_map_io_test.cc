@@ -17,7 +17,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr MapType kType = MapType::kGeometric;
+constexpr DepthMapKind kType = DepthMapKind::kGeometric;
 
 class DepthMapIoTest : public testing::Test {
  protected:

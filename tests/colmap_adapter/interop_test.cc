@@ -192,7 +192,7 @@ void WriteTrueDepthMaps(const AnalyticWorkspace& data, const AnalyticSurface& su
     const View& view = data.scene.views[static_cast<size_t>(v)];
     DepthMap map = data.TrueDepthMap(surface, v, width, height);
     if (without_half_pixel) MoveSamplesToPixelCenters(view.camera, &map);
-    WriteDepthMap(data.workspace, view, MapType::kGeometric, map);
+    WriteDepthMap(data.workspace, view, DepthMapKind::kGeometric, map);
   }
 }
 
@@ -261,7 +261,7 @@ TEST_P(InteropTest, VisibilityIndicesAreInRegisteredOrder) {
     const View& blind = data.scene.views[1];
     DepthMap empty = data.TrueDepthMap(*surface, 1, 320, 240);
     std::fill(empty.depth.pixels.begin(), empty.depth.pixels.end(), 0.0f);
-    WriteDepthMap(data.workspace, blind, MapType::kGeometric, empty);
+    WriteDepthMap(data.workspace, blind, DepthMapKind::kGeometric, empty);
     colmap_->Fuse(folder.path(), data.workspace.FusedPath());
     const FusedCloud fused = ReadFusedCloud(data.workspace.FusedPath(), data.scene, data.workspace);
     EXPECT_EQ(fused.message, "");

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <cstdlib>
 
 #include "lsmvs/colmap_adapter/colmap_runner.h"
@@ -12,25 +14,40 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(Programs, HelpNamesOptionsDefaultsAndExitCodes) {
-  for (const std::vector<std::string>& arguments :
-       {std::vector<std::string>{"patch_match_stereo", "-h"},
-        {"stereo_fusion", "--help"},
-        {"quasi_dense_matcher", "-h"},
-        {"visibility_mesher", "-h"},
-        {"mesh_refiner", "-h"},
-        {"mesh_simplifier", "-h"}}) {
-    const ProgramResult result = RunProgram("lsmvs", arguments);
+const std::vector<std::string>& CommandNames() {
+  static const std::vector<std::string> names = {
+      "quasi_dense_matcher", "patch_match_stereo", "stereo_fusion",   "visibility_mesher",
+      "mesh_refiner",        "mesh_texturer",      "mesh_simplifier", "mesh_evaluator",
+      "mesh_renderer",       "mesh_comparer",      "mesh_exporter",   "mesh_merger"};
+  return names;
+}
+
+TEST(Programs, HelpAllNamesOptionsDefaultsAndExitCodes) {
+  for (const std::string& name : CommandNames()) {
+    const ProgramResult result = RunProgram("lsmvs", {name, "--help_all"});
     ExpectSuccess(result);
     for (const char* text :
          {"Usage:", "Exit codes:", "--num_threads", "--project_path", "Default:"}) {
-      EXPECT_THAT(result.out, HasSubstr(text)) << arguments.front();
+      EXPECT_THAT(result.out, HasSubstr(text)) << name;
     }
   }
-  const ProgramResult mesher = RunProgram("lsmvs-mesher", {"--help"});
+  const ProgramResult mesher = RunProgram("lsmvs-mesher", {"--help_all"});
   ExpectSuccess(mesher);
   EXPECT_THAT(mesher.out, HasSubstr("meshed-refined.ply"));
   EXPECT_THAT(mesher.out, HasSubstr("--StereoFusion.min_num_pixels"));
+}
+
+TEST(Programs, HelpFitsAScreen) {
+  for (const std::string& name : CommandNames()) {
+    for (const char* help : {"-h", "--help"}) {
+      const ProgramResult result = RunProgram("lsmvs", {name, help});
+      ExpectSuccess(result);
+      for (const char* text : {"Usage:", "Examples:", "Required.", "--num_threads", "--help_all"}) {
+        EXPECT_THAT(result.out, HasSubstr(text)) << name;
+      }
+      EXPECT_LE(std::count(result.out.begin(), result.out.end(), '\n'), 65) << name;
+    }
+  }
 }
 
 TEST(Programs, VersionAndList) {

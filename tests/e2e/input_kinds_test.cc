@@ -38,7 +38,7 @@ TEST(InputKinds, OptionsOfColmapsThatHaveNoMeaningGiveOneWarning) {
   EXPECT_THAT(result.err, HasSubstr("--PatchMatchStereo.cache_size, --PatchMatchStereo.gpu_index "
                                     "have no meaning here and are ignored"));
   EXPECT_EQ(CountOccurrences(result.err, "no meaning"), 1u);
-  EXPECT_THAT(RunProgram("lsmvs", {"patch_match_stereo", "--help"}).out,
+  EXPECT_THAT(RunProgram("lsmvs", {"patch_match_stereo", "--help_all"}).out,
               HasSubstr("--PatchMatchStereo.gpu_index"));
   ExpectSuccess(
       RunProgram("lsmvs", {"stereo_fusion", "--workspace_path", workspace.text(), "--output_path",
@@ -105,7 +105,7 @@ TEST(InputKinds, HandMadeListsOfSourcesAreHonoured) {
   const DenseWorkspace dense{workspace.path()};
   const Scene scene = LoadScene(dense);
   for (const View& view : scene.views) {
-    const size_t count = CountDepths(ReadDepthMap(dense, view, MapType::kPhotometric));
+    const size_t count = CountDepths(ReadDepthMap(dense, view, DepthMapKind::kPhotometric));
     if (view.name < "0003.png") {
       EXPECT_GT(count, 1000u) << view.name;
     } else {
@@ -118,8 +118,8 @@ TEST(InputKinds, HandMadeListsOfSourcesAreHonoured) {
   EXPECT_THAT(RunProgram("lsmvs-mesher", arguments).out, HasSubstr("up to date"));
   WriteText(workspace / "stereo/patch-match.cfg", "0003.png\n0004.png\n");
   ExpectSuccess(RunProgram("lsmvs-mesher", arguments));
-  EXPECT_GT(CountDepths(ReadDepthMap(dense, scene.views[3], MapType::kPhotometric)), 1000u);
-  EXPECT_EQ(CountDepths(ReadDepthMap(dense, scene.views[0], MapType::kPhotometric)), 0u);
+  EXPECT_GT(CountDepths(ReadDepthMap(dense, scene.views[3], DepthMapKind::kPhotometric)), 1000u);
+  EXPECT_EQ(CountDepths(ReadDepthMap(dense, scene.views[0], DepthMapKind::kPhotometric)), 0u);
 }
 
 TEST(InputKinds, MissingPhotosMayBeSkipped) {

@@ -34,7 +34,7 @@ double ShareWithDepth(const SmallWorkspace& workspace, const std::string& name) 
   const Scene scene = LoadScene(dense, {});
   for (const View& view : scene.views) {
     if (view.name != name) continue;
-    const auto depths = ReadDepthMap(dense, view, MapType::kGeometric).depth.pixels;
+    const auto depths = ReadDepthMap(dense, view, DepthMapKind::kGeometric).depth.pixels;
     const auto num_known =
         std::count_if(depths.begin(), depths.end(), [](float d) { return d > 0; });
     return static_cast<double>(num_known) / static_cast<double>(depths.size());

@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   fuzz::PutFile("stereo/normal_maps/a.geometric.bin", input.Rest());
   const DenseWorkspace workspace{fuzz::Folder()};
   const View view{ImageId{1}, "a", {64, 48, 50, 50, 32, 24}, Rigid3()};
-  HasDepthMap(workspace, view, MapType::kGeometric);
-  fuzz::ExpectInputErrorAtMost([&] { ReadDepthMap(workspace, view, MapType::kGeometric); });
+  HasDepthMap(workspace, view, DepthMapKind::kGeometric);
+  fuzz::ExpectInputErrorAtMost([&] { ReadDepthMap(workspace, view, DepthMapKind::kGeometric); });
   return 0;
 }

@@ -64,10 +64,10 @@ void PutMaps(const fs::path& out, const fs::path& work) {
   const DepthMap map{Raster<float>(4, 3, 2.0f),
                      Raster<Eigen::Vector3f>(4, 3, Eigen::Vector3f(0, 0, -1))};
   const DenseWorkspace workspace{work};
-  WriteDepthMap(workspace, view, MapType::kGeometric, map);
+  WriteDepthMap(workspace, view, DepthMapKind::kGeometric, map);
   Put(out, "depth_map", "seed",
-      Piece(Content(workspace.DepthMapPath("a", MapType::kGeometric))) +
-          Content(workspace.NormalMapPath("a", MapType::kGeometric)));
+      Piece(Content(workspace.DepthMapPath("a", DepthMapKind::kGeometric))) +
+          Content(workspace.NormalMapPath("a", DepthMapKind::kGeometric)));
 }
 
 void PutClouds(const fs::path& out, const fs::path& work) {

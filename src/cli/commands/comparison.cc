@@ -17,6 +17,7 @@
 #include "lsmvs/colmap_adapter/pmvs_cloud.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
 #include "lsmvs/evaluation/error_colors.h"
+#include "lsmvs/evaluation/viewpoints.h"
 #include "lsmvs/execution/run_record.h"
 #include "lsmvs/exporting/texture_transfer.h"
 #include "lsmvs/image/image_codec.h"

@@ -22,26 +22,7 @@ Scene LoadSceneToEvaluate(const std::filesystem::path& path, bool check_images);
 // UsageError that names the nearest name.
 std::vector<int> FindViews(const Scene& scene, const std::string& names);
 
-// Direction that is up for whoever held the camera: the mean of the photos' upward axes. (0, -1, 0)
-// without photos.
-Eigen::Vector3d UpDirection(const std::vector<View>& views);
-
 // A direction of unit length from text such as "0,0,1". Throws UsageError that names `option`.
 Eigen::Vector3d ParseDirection(const std::string& option, const std::string& text);
-
-// The photo that shows most sparse points; -1 without photos.
-int MostRevealingView(const Scene& scene);
-
-// The view's camera, reduced (or enlarged) to `width`.
-PosedCamera ViewpointOf(const View& view, int width);
-
-// The part of the mesh that the photos are about: its vertices in the box of the sparse points
-// (without the outermost), a quarter larger. All vertices if that leaves hardly any, or without
-// sparse points.
-std::vector<Eigen::Vector3d> CentralVertices(const TriangleMesh& mesh, const Scene& scene);
-
-// A turntable that begins where the photos were taken from.
-TurntableOptions TurntableBefore(const std::vector<Eigen::Vector3d>& points,
-                                 const std::vector<View>& views);
 
 }  // namespace lsmvs

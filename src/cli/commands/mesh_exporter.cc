@@ -1,4 +1,5 @@
 #include "lsmvs/exporting/mesh_exporter.h"
+#include "lsmvs/evaluation/viewpoints.h"
 
 #include <fmt/format.h>
 

@@ -10,6 +10,7 @@
 #include "lsmvs/cli/commands/evaluation_input.h"
 #include "lsmvs/cli/mesh_memory.h"
 #include "lsmvs/cli/output_check.h"
+#include "lsmvs/evaluation/viewpoints.h"
 #include "lsmvs/image/image_codec.h"
 #include "lsmvs/mesh/textured_ply.h"
 #include "lsmvs/util/error.h"

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "lsmvs/cli/commands/commands.h"
-#include "lsmvs/cli/joined_clouds.h"
 #include "lsmvs/cli/run_reconstruction.h"
 #include "lsmvs/cli/stage_options.h"
+#include "lsmvs/colmap_adapter/cloud_inputs.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "lsmvs/util/statistics.h"
+
 namespace lsmvs {
 
 namespace {
@@ -20,12 +22,6 @@ bool Sees(const View& view, const Eigen::Vector3d& x_in_world, const MeshTracer*
   const double length = ray.norm();
   if (length <= tolerance) return true;
   return !occluder->Occluded(center, ray / length, 0, length - tolerance);
-}
-
-double Median(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "lsmvs/util/statistics.h"
+
 namespace lsmvs {
 
 std::vector<Eigen::Vector3d> VertexDirections(const TriangleMesh& mesh) {
@@ -31,10 +33,9 @@ std::vector<double> MeanPixelSizes(const TriangleMesh& mesh, const FacePairs& pa
     }
   }
   if (seen.empty()) return sums;
-  const auto middle = seen.begin() + static_cast<std::ptrdiff_t>(seen.size() / 2);
-  std::nth_element(seen.begin(), middle, seen.end());
+  const double middle = Median(&seen);
   for (size_t v = 0; v < sums.size(); ++v) {
-    sums[v] = counts[v] > 0 ? sums[v] / counts[v] : static_cast<double>(*middle);
+    sums[v] = counts[v] > 0 ? sums[v] / counts[v] : middle;
   }
   return sums;
 }

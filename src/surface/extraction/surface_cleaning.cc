@@ -10,6 +10,7 @@
 #include "lsmvs/mesh/repair.h"
 #include "lsmvs/mesh/smoothing.h"
 #include "lsmvs/mesh/surface_trimming.h"
+#include "lsmvs/util/statistics.h"
 
 namespace lsmvs {
 
@@ -21,13 +22,6 @@ double LongestEdge(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Ve
     squared = std::max(squared, (vertices[face[k]] - vertices[face[(k + 1) % 3]]).squaredNorm());
   }
   return std::sqrt(squared);
-}
-
-double Percentile(std::vector<double> values, double percentile) {
-  const auto at =
-      static_cast<std::ptrdiff_t>(percentile / 100 * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<size_t>(at)];
 }
 
 class Cleaner {
@@ -72,7 +66,7 @@ class Cleaner {
     for (size_t f = 0; f < in_pixels.size(); ++f) {
       in_pixels[f] = LongestEdge(mesh_.vertices, mesh_.faces[f]) / PixelSize(mesh_.faces[f]);
     }
-    usual_pixels_ = Percentile(std::move(in_pixels), options_.max_side_length_percentile);
+    usual_pixels_ = Quantile(&in_pixels, options_.max_side_length_percentile / 100);
   }
 
   // What a pixel covers at each vertex, in the view that sees it finest; the middle of a split edge

@@ -1,4 +1,4 @@
-#include "lsmvs/cli/check_contrast.h"
+#include "lsmvs/scene/contrast_check.h"
 
 #include <fmt/format.h>
 #include <glog/logging.h>
@@ -8,6 +8,7 @@
 
 #include "lsmvs/image/largest_image.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/statistics.h"
 
 namespace lsmvs {
 
@@ -34,13 +35,8 @@ GrayRange RangeOf(const ImageStore& images, int view_idx) {
     if (mask == nullptr || mask->pixels[i] != 0) values.push_back(gray->pixels[i]);
   }
   if (values.empty()) return {};
-  const auto at = [&](double quantile) {
-    const auto place = values.begin() + static_cast<std::ptrdiff_t>(
-                                            quantile * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), place, values.end());
-    return *place;
-  };
-  return {at(kQuantile), at(1 - kQuantile)};
+  const float low = Quantile(&values, kQuantile);
+  return {low, Quantile(&values, 1 - kQuantile)};
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "lsmvs/cli/colmap_workspace.h"
+#include "lsmvs/colmap_adapter/workspace_files.h"
 
 #include <glog/logging.h>
 
@@ -18,10 +18,6 @@ namespace lsmvs {
 namespace {
 
 namespace fs = std::filesystem;
-
-MapType TypeOf(DepthMapKind kind) {
-  return kind == DepthMapKind::kPhotometric ? MapType::kPhotometric : MapType::kGeometric;
-}
 
 // The folder in which `path` has the relative name `relative`.
 fs::path FolderOf(const fs::path& path, const fs::path& relative) {
@@ -52,28 +48,27 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
   fs::path SourceRulesFile() const override { return sources_; }
 
   std::array<fs::path, 2> DepthMapFiles(const View& view, DepthMapKind kind) const override {
-    return {workspace_.DepthMapPath(view.name, TypeOf(kind)),
-            workspace_.NormalMapPath(view.name, TypeOf(kind))};
+    return {workspace_.DepthMapPath(view.name, kind), workspace_.NormalMapPath(view.name, kind)};
   }
 
   void CheckDepthMap(const View& view, DepthMapKind kind) const override {
-    const bool there = fs::exists(workspace_.DepthMapPath(view.name, TypeOf(kind)));
-    if (there && !HasDepthMap(workspace_, view, TypeOf(kind))) {
-      ReadDepthMap(workspace_, view, TypeOf(kind));  // says what is wrong
+    const bool there = fs::exists(workspace_.DepthMapPath(view.name, kind));
+    if (there && !HasDepthMap(workspace_, view, kind)) {
+      ReadDepthMap(workspace_, view, kind);  // says what is wrong
     }
   }
 
   void WriteDepthMap(const View& view, DepthMapKind kind, const DepthMap& map,
                      const std::vector<fs::path>& outputs) const override {
     const fs::path relative =
-        workspace_.DepthMapPath(view.name, TypeOf(kind)).lexically_relative(workspace_.folder);
+        workspace_.DepthMapPath(view.name, kind).lexically_relative(workspace_.folder);
     const DenseWorkspace staged{FolderOf(outputs.at(0), relative)};
-    lsmvs::WriteDepthMap(staged, view, TypeOf(kind), map);
+    lsmvs::WriteDepthMap(staged, view, kind, map);
   }
 
   std::unique_ptr<DepthMapSource> OpenDepthMaps(const Scene& scene, DepthMapKind kind,
                                                 size_t budget_bytes) const override {
-    return MakeDepthMapSource(workspace_, scene, TypeOf(kind), budget_bytes);
+    return MakeDepthMapSource(workspace_, scene, kind, budget_bytes);
   }
 
   fs::path CloudFile() const override { return workspace_.FusedPath(); }

@@ -1,4 +1,4 @@
-#include "lsmvs/cli/joined_clouds.h"
+#include "lsmvs/colmap_adapter/cloud_inputs.h"
 
 #include <fmt/format.h>
 

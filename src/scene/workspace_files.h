@@ -15,10 +15,8 @@
 
 namespace lsmvs {
 
-enum class DepthMapKind { kPhotometric, kGeometric };
-
 // The files of one dense workspace, as the pipeline needs them. Whoever knows the formats
-// implements this (lsmvs/cli does so with colmap_adapter); the stages never see it.
+// implements this (colmap_adapter does); the stages never see it.
 //
 // Writers take the paths to write to (Task's staged outputs, of the same file names as the real
 // ones) in the order in which the functions that name the files return them.

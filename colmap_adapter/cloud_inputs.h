@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "lsmvs/cli/colmap_workspace.h"
+#include "lsmvs/colmap_adapter/workspace_files.h"
 
 namespace lsmvs {
 

@@ -1,4 +1,4 @@
-#include "lsmvs/cli/nearest_name.h"
+#include "lsmvs/util/nearest_name.h"
 
 #include <algorithm>
 #include <cctype>

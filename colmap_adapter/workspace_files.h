@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "lsmvs/colmap_adapter/dense_workspace.h"
-#include "lsmvs/pipeline/workspace_files.h"
+#include "lsmvs/scene/workspace_files.h"
 
 namespace lsmvs {
 
