@@ -9,9 +9,9 @@
 
 namespace lsmvs {
 
-// Features of the scene's photos in image coordinates, one list a view, found by the image's name.
-// Those of a view are left out if its sparse points are not among them: the database is then about
-// other photos, usually the distorted ones that these were made from. Throws InputError as
+// Features of the scene's photos in image coordinates, one list per view, found by the image's
+// name. Those of a view are left out if its sparse points are not among them: the database is then
+// about other photos, usually the distorted ones that these were made from. Throws InputError as
 // ColmapDatabase does.
 std::vector<std::vector<Eigen::Vector2f>> ReadSceneKeypoints(const std::filesystem::path& database,
                                                              const Scene& scene);

@@ -27,8 +27,8 @@ struct AtlasFigures {
 };
 
 // Seams are the edges of the mesh over which the texture does not go on; they are sampled every 4
-// texels. `photos`: null to do without. Deterministic. Holds one page with 4 bytes a texel besides
-// those of `pages`, and one photo.
+// texels. `photos`: null to do without. Deterministic. Holds one page with 4 bytes per texel
+// besides those of `pages`, and one photo.
 AtlasFigures MeasureAtlas(const TexturePages& pages, const SeamPhotos* photos,
                           const RunContext& context);
 

@@ -279,7 +279,7 @@ void RenderOptions::Describe(OptionSet* options) {
        {"lit", RenderStyle::kLit},
        {"normals", RenderStyle::kNormals},
        {"depth", RenderStyle::kDepth}});
-  options->Add("antialiasing", &antialiasing, "Rays a pixel are the square of this", {1, 16});
+  options->Add("antialiasing", &antialiasing, "Rays per pixel are the square of this", {1, 16});
   options->Add("num_occlusion_rays", &num_occlusion_rays,
                "Rays for soft shadows a primary ray; 0: none", {0, 1024});
   options->Add("occlusion_radius", &occlusion_radius,

@@ -24,7 +24,7 @@ enum class RenderStyle {
 
 struct RenderOptions {
   RenderStyle style = RenderStyle::kShaded;
-  // Rays a pixel are the square of this.
+  // Rays per pixel are the square of this.
   int antialiasing = 3;
   // Rays for ambient occlusion a primary ray; 0 switches it off.
   int num_occlusion_rays = 6;

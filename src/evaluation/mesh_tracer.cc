@@ -95,7 +95,7 @@ struct MeshTracer::State {
       vertices.emplace_back(Eigen::Vector3f::Zero());
       if (x.allFinite()) vertices.back() = (x - center).cast<float>();
     }
-    vertices.push_back(Eigen::Vector3f::Zero());  // Embree reads 16 bytes a vertex
+    vertices.push_back(Eigen::Vector3f::Zero());  // Embree reads 16 bytes per vertex
   }
 
   void Attach() {

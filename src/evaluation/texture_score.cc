@@ -218,7 +218,7 @@ void TextureScoreOptions::Describe(OptionSet* options) {
   options->Add("TextureScore.level", &level, "Pyramid level of the photos: 0 full size, 1 half",
                {0, 8});
   options->Add("TextureScore.antialiasing", &antialiasing,
-               "Rays a pixel of the drawing are the square of this", {1, 8});
+               "Rays per pixel of the drawing are the square of this", {1, 8});
   options->Add("TextureScore.margin", &margin,
                "Pixels at the mesh's silhouette that are not scored", {0, 100});
 }

@@ -16,7 +16,7 @@ namespace lsmvs {
 struct TextureScoreOptions {
   // Level of the image pyramid: 0 full size, 1 half size.
   int level = 0;
-  // Rays a pixel are the square of this.
+  // Rays per pixel are the square of this.
   int antialiasing = 2;
   // Pixels at the mesh's silhouette that are not scored: there a photo mixes mesh and background.
   int margin = 2;

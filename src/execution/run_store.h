@@ -16,7 +16,7 @@ namespace lsmvs {
 //
 // A task writes its outputs to staging paths. Publish() puts what they are on record first and
 // renames them then: whenever the process is killed, the next one knows for each file whether it is
-// ours, and ends the renaming. run.json is written once a task.
+// ours, and ends the renaming. run.json is written once per task.
 class RunStore {
  public:
   // Locks the folder, reads the record and ends a publication that was cut short. `program` is put

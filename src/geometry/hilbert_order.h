@@ -9,7 +9,7 @@ namespace lsmvs {
 
 // The positions of `points` in the order of a Hilbert curve of 2^21 steps an axis through their
 // bounding box: what follows each other in it lies close together. Ties keep their order. O(n); 36
-// bytes a point.
+// bytes per point.
 std::vector<uint32_t> HilbertOrder(std::span<const Eigen::Vector3f> points);
 std::vector<uint32_t> HilbertOrder(std::span<const Eigen::Vector3d> points);
 

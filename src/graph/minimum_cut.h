@@ -21,7 +21,7 @@ struct CutNode {
   int32_t excess = 0;  // capacity from the source if > 0, to the sink if < 0 (common part removed)
   int32_t distance =
       0;  // after the cut: > 0 on the source's side. The position in the search trees while cutting
-  uint8_t reverse = 0;  // 2 bits a neighbour
+  uint8_t reverse = 0;  // 2 bits per neighbour
   uint8_t parent = 0;   // while cutting: neighbour that is the parent in the search tree
   std::array<uint8_t, 2> unused = {};
 
@@ -45,7 +45,7 @@ struct CutNode {
 // Deviations: four arcs a node make lists of children and current arcs superfluous; of what falls
 // off a tree, each node is given its new level once, as by a breadth-first search from what is
 // left. O(n^2 m) at worst, near linear on the graphs that visibility makes. Memory: the nodes, and
-// about 8 bytes a node for the frontiers. `Node` is CutNode or derived from it. Throws
+// about 8 bytes per node for the frontiers. `Node` is CutNode or derived from it. Throws
 // CancelledError.
 //
 // With fewer than all nodes in a part, parts of `part_size` consecutive nodes are cut one after the

@@ -9,7 +9,7 @@
 
 namespace lsmvs {
 
-// Encodes as PNG, 8 bits a channel, without loss.
+// Encodes as PNG, 8 bits per channel, without loss.
 std::vector<uint8_t> EncodePng(const ColorImage& image);
 // Encodes as JPEG of `quality` in [1, 100].
 std::vector<uint8_t> EncodeJpeg(const ColorImage& image, int quality);

@@ -34,11 +34,12 @@ struct ImageStoreOptions {
 // Decodes images when they are needed and keeps what fits the budget. Level l is level 0 reduced by
 // 2^l (area averaged), for l >= 0. Thread-safe; two threads that ask for the same image at once
 // decode it once. Colours are decoded as stored; grey = 0.299 R + 0.587 G + 0.114 B, in [0, 255], 4
-// bytes a pixel. Images of 16 bits or of floats keep their precision in grey; what is 255 there is
-// the same for all images of the store: the least 2^n - 1 (n >= 8) that none exceeds for 16 bits, 1
-// or the largest value for floats; 0 stays 0, unless all values lie within an eighth of that range
-// (thermal cameras), which is stretched then. To find it, all such images are decoded once. Throws
-// InputError if a file is missing, cannot be decoded or has another size than its camera.
+// bytes per pixel. Images of 16 bits or of floats keep their precision in grey; what is 255 there
+// is the same for all images of the store: the least 2^n - 1 (n >= 8) that none exceeds for 16
+// bits, 1 or the largest value for floats; 0 stays 0, unless all values lie within an eighth of
+// that range (thermal cameras), which is stretched then. To find it, all such images are decoded
+// once. Throws InputError if a file is missing, cannot be decoded or has another size than its
+// camera.
 class ImageStore {
  public:
   ImageStore(std::vector<ImageSource> sources, const ImageStoreOptions& options);

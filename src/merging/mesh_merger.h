@@ -88,7 +88,7 @@ struct MergedMesh {
 // Throws InputError, with what was measured, for a mesh without faces, faces that are not oriented
 // alike, meshes that do not overlap, that are inside out to each other, or that are farther apart
 // than options.max_offset; UsageError for options out of range or fewer than two inputs;
-// CancelledError. Memory: the inputs and the result, and about 600 bytes a face near overlaps; 20
+// CancelledError. Memory: the inputs and the result, and about 600 bytes per face near overlaps; 20
 // microseconds a face there.
 MergedMesh MergeMeshes(std::vector<MergingInput> inputs, const std::vector<View>& views,
                        const MeshMergerOptions& options, const RunContext& context);

@@ -13,7 +13,7 @@ namespace lsmvs {
 // -1 at the border and where more than two faces meet.
 using FaceNeighbors = std::vector<std::array<int32_t, 3>>;  // #F
 
-// O(#V + #F); 48 bytes a face of scratch.
+// O(#V + #F); 48 bytes per face of scratch.
 FaceNeighbors FindFaceNeighbors(std::span<const Eigen::Vector3i> faces, size_t num_vertices);
 
 }  // namespace lsmvs

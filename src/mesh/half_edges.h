@@ -16,7 +16,7 @@ struct HalfEdge {
 };
 
 // The sides of all faces, sorted by (low, high, face, corner): those of an edge lie together.
-// O(#V + #F) for vertices of bounded degree; 16 bytes a side and 4 bytes a vertex.
+// O(#V + #F) for vertices of bounded degree; 16 bytes per side and 4 bytes per vertex.
 std::vector<HalfEdge> SortedHalfEdges(std::span<const Eigen::Vector3i> faces, size_t num_vertices);
 
 // Calls visit(begin, end) with the sides of each edge.

@@ -13,9 +13,9 @@ namespace lsmvs {
 // Faces by the cells of a grid that their bounding boxes touch: which faces may meet.
 class FaceGrid {
  public:
-  // Cells are twice the mean edge long. O(#F); 24 bytes a face, and 8 bytes a face and cell that it
-  // touches. Where neighbouring faces have neighbouring numbers, they lie together in memory, too.
-  // Where there is a `before`, vertices may later return to their places there.
+  // Cells are twice the mean edge long. O(#F); 24 bytes per face, and 8 bytes per face and cell
+  // that it touches. Where neighbouring faces have neighbouring numbers, they lie together in
+  // memory, too. Where there is a `before`, vertices may later return to their places there.
   FaceGrid(std::span<const Eigen::Vector3d> vertices, std::span<const Eigen::Vector3i> faces,
            std::span<const Eigen::Vector3d> before = {});
 

@@ -25,7 +25,7 @@ struct SimplifiedMesh {
 // non-manifold that was not. Inputs of more than 16 times as many faces are first thinned on a
 // grid. Any input will do: non-manifold, with faces that are degenerate or not finite (they are
 // dropped). Already small meshes only lose those and unused vertices. Colours are those of the
-// source vertices; normals are dropped. Deterministic. O(F log F), about 300 bytes a face of what
+// source vertices; normals are dropped. Deterministic. O(F log F), about 300 bytes per face of what
 // is collapsed.
 SimplifiedMesh SimplifyMesh(const TriangleMesh& mesh, size_t max_faces, const RunContext& context);
 

@@ -38,7 +38,7 @@ struct MeshRefinerOptions {
   RefinementOptimizer optimizer = RefinementOptimizer::kGaussNewton;
   // Which parts of the surface move in a step of Gauss and Newton.
   RefinementDeformation deformation = RefinementDeformation::kIndependent;
-  // Steps a level at most; a level ends earlier when its regions have converged.
+  // Steps per level at most; a level ends earlier when its regions have converged.
   int max_num_iterations = 8;
   // Half side of the correlation window in pixels: 3 is 7 x 7. Larger is more stable and smoother.
   int window_radius = 3;
@@ -171,10 +171,10 @@ struct RefinementResult : RefinementCounts {
 // than a twentieth above that of the input, and above it only where the surface is smoother, but
 // for what the simplification tolerates. Facets that no pair sees stay where they are.
 // Deterministic for any number of threads; does not depend on the scale, rotation or translation of
-// the scene beyond rounding. Memory: 8 bytes a pixel of the views in use at a time (bounded by the
-// context's budget) plus about 400 bytes a vertex, and what the image store holds; `mesh` is taken
-// over (move it in). Time: about 60 ns a pixel and pair for each iteration. Throws std::logic_error
-// for options that fail Check(), CancelledError, and what the image store throws.
+// the scene beyond rounding. Memory: 8 bytes per pixel of the views in use at a time (bounded by
+// the context's budget) plus about 400 bytes per vertex, and what the image store holds; `mesh` is
+// taken over (move it in). Time: about 60 ns per pixel and pair for each iteration. Throws
+// std::logic_error for options that fail Check(), CancelledError, and what the image store throws.
 //
 // J.-P. Pons, R. Keriven, O. Faugeras, "Multi-view stereo reconstruction and scene flow estimation
 // with a global image-based matching score", IJCV 72(2), 2007; H.-H. Vu, P. Labatut, J.-P. Pons, R.

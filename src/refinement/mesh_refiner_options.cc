@@ -16,30 +16,29 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
                    {{"independent", RefinementDeformation::kIndependent},
                     {"sequential", RefinementDeformation::kSequential}});
   options->Add("MeshRefinement.max_num_iterations", &max_num_iterations,
-               "Steps a level at most; 0 leaves the mesh where it is.", {0, 1000});
+               "Maximum number of steps per level; 0 leaves the mesh where it is.", {0, 1000});
   options->Add("MeshRefinement.window_radius", &window_radius,
                "Half side of the correlation window in pixels; larger is more stable and smoother.",
                {1, 7});
   options->Add("MeshRefinement.max_num_neighbors", &max_num_neighbors,
-               "Neighbours that a view may be compared with.", {1, 16});
+               "Maximum number of neighbours that a view is compared with.", {1, 16});
   options->Add("MeshRefinement.max_pairs_per_face", &max_pairs_per_face,
-               "Ordered pairs of views that judge one facet; time grows with it.", {1, 64});
+               "Maximum number of ordered pairs of views per facet; time grows with it.", {1, 64});
   options->Add("MeshRefinement.min_triangulation_angle", &min_triangulation_angle_deg,
-               "Pairs that see a facet under a smaller angle (degrees) do not judge it.",
-               {0.0, 180.0});
+               "Minimum triangulation angle [deg] of a pair at a facet.", {0.0, 180.0});
   options->Add("MeshRefinement.max_triangulation_angle", &max_triangulation_angle_deg,
-               "Pairs that see a facet under a larger angle (degrees) do not judge it.",
-               {0.0, 180.0});
-  options->Add("MeshRefinement.smoothness", &smoothness,
-               "Weight of the thin plate; raising it smooths, whatever the unit of the scene.",
-               {0.0, 1e6});
+               "Maximum triangulation angle [deg] of a pair at a facet.", {0.0, 180.0});
+  options->Add(
+      "MeshRefinement.smoothness", &smoothness,
+      "Weight of the thin-plate energy; raising it smooths, whatever the unit of the scene.",
+      {0.0, 1e6});
   options->Add("MeshRefinement.membrane", &membrane,
                "Weight of the membrane relative to the thin plate; raising it shrinks thin parts.",
                {0.0, 1e3});
-  options->Add(
-      "MeshRefinement.anchor", &anchor,
-      "Weight of a vertex' way from its input where there is no texture; raising it keeps more.",
-      {0.0, 1e3});
+  options->Add("MeshRefinement.anchor", &anchor,
+               "Weight of the distance from the input where there is no texture; raising it keeps "
+               "more of the input.",
+               {0.0, 1e3});
   options->AddEnum(
       "MeshRefinement.laplacian", &laplacian, "Weights of a vertex' neighbours.",
       {{"uniform", LaplacianWeights::kUniform}, {"cotangent", LaplacianWeights::kCotangent}});
@@ -50,12 +49,13 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
                "A point is hidden if the surface is nearer by more than this part of its depth.",
                {1e-6, 1.0});
   options->Add("MeshRefinement.max_step", &max_step_px,
-               "Longest step of a vertex in one iteration, pixels of the level.", {1e-3, 100.0});
+               "Maximum step of a vertex per iteration [px of the level].", {1e-3, 100.0});
   options->Add("MeshRefinement.min_relative_gain", &min_relative_gain,
                "A level ends when a step lowers the energy by less than this part of it.",
                {0.0, 1.0});
   options->Add("MeshRefinement.max_face_area", &max_face_area_px,
-               "Facets are split while the best pair of views sees more square pixels; 0: never.",
+               "Maximum area of a facet in its best pair of views [px^2]; larger ones are split; "
+               "0: no limit.",
                {0.0, 1e6});
   options->Add("MeshRefinement.improve_mesh", &improve_mesh,
                "Flip and collapse edges so that the triangles stay regular.");
@@ -72,10 +72,11 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
                "Every n-th view takes no part in the refinement, only in the guard; 0: none.",
                {0, 1000000});
   options->Add("MeshRefinement.simplify_tolerance", &simplify_tolerance,
-               "Distance in pixels within which faces are saved at the end; 0: all stay.",
+               "Maximum distance [px] between the surface before and after faces are saved at the "
+               "end; 0: all stay.",
                {0.0, 100.0});
   options->Add("MeshRefinement.color_vertices", &color_vertices,
-               "Colour the vertices from the photos.");
+               "Colour the vertices with the photos.");
 }
 
 }  // namespace lsmvs

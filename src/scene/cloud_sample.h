@@ -30,7 +30,7 @@ struct CloudSample {
 // of a grid, kCubePixels wide, chosen by a hash: those of the lowest hashes whose points are about
 // kMaxPoints together. So they are a random choice of all cubes that hold points, and the same for
 // any order of the points up to the width, which is measured by the sparse points or, without, by
-// the first points. Memory: that of the sample. About 10 ns a point.
+// the first points. Memory: that of the sample. About 10 ns per point.
 class CloudSampler {
  public:
   static constexpr double kCubePixels = 64, kMarginPixels = 6;

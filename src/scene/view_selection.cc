@@ -378,16 +378,20 @@ class NeighborSelector {
 
 void ViewSelectionOptions::Describe(OptionSet* options) {
   options->Add("ViewSelection.max_num_neighbors", &max_num_neighbors,
-               "neighbours kept a view; more cost time and help where surfaces are occluded",
+               "Number of neighbours kept per view; more take more time and help where surfaces "
+               "are occluded",
                {1, 100});
   options->Add("ViewSelection.min_triangulation_angle", &min_triangulation_angle_deg,
-               "degrees; pairs with a smaller median angle give no depth", {0.0, 90.0});
+               "Minimum median triangulation angle of a pair [deg]; smaller ones give no depth",
+               {0.0, 90.0});
   options->Add("ViewSelection.max_triangulation_angle", &max_triangulation_angle_deg,
-               "degrees; pairs with a larger median angle look too different", {0.0, 180.0});
+               "Maximum median triangulation angle of a pair [deg]; larger ones look too different",
+               {0.0, 180.0});
   options->Add("ViewSelection.best_triangulation_angle", &best_triangulation_angle_deg,
-               "degrees; the angle that matches best", {0.1, 90.0});
+               "Triangulation angle that matches best [deg]", {0.1, 90.0});
   options->Add("ViewSelection.min_num_shared_points", &min_num_shared_points,
-               "shared sparse points below which a pair is not trusted", {1, 1000000});
+               "Minimum number of sparse points that two views must share to be a pair",
+               {1, 1000000});
 }
 
 std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,

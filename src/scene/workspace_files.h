@@ -29,7 +29,7 @@ class WorkspaceFiles {
   // The one that holds the sparse points, for messages.
   virtual std::filesystem::path PointsFile() const = 0;
 
-  // Where neighbours come from if the user says so, one rule a view; none if nothing says so.
+  // Where neighbours come from if the user says so, one rule per view; none if nothing says so.
   // Throws InputError.
   virtual std::vector<SourceRule> ReadSourceRules(const Scene& /*scene*/) const { return {}; }
   // The file that says so.
@@ -62,7 +62,7 @@ class WorkspaceFiles {
 
   // The file that holds features of the photos that may join the interest points; empty if none.
   virtual std::filesystem::path KeypointFile() const = 0;
-  // Their image coordinates, one list a view; none if there is no such file or it is about other
+  // Their image coordinates, one list per view; none if there is no such file or it is about other
   // photos.
   virtual std::vector<std::vector<Eigen::Vector2f>> ReadKeypoints(const Scene& scene) const = 0;
 

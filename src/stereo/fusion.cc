@@ -28,7 +28,7 @@ constexpr double kSeeThroughFactor = 2;
 // the evidence of one.
 constexpr int kMinWeakArea = 121;
 
-// One bit a pixel.
+// One bit per pixel.
 class PixelSet {
  public:
   PixelSet() = default;
@@ -113,22 +113,24 @@ struct Thresholds {
 
 void FusionOptions::Describe(OptionSet* options) {
   const auto name = [](const char* field) { return std::string("StereoFusion.") + field; };
-  options->Add(name("min_num_pixels"), &min_num_pixels,
-               "views that must agree on a point; more is cleaner and sparser", {1, 1000});
-  options->Add(name("max_num_pixels"), &max_num_pixels, "views averaged into one point at most",
-               {1, 1000000});
+  options->Add(
+      name("min_num_pixels"), &min_num_pixels,
+      "Minimum number of views that agree on a point; raising it gives a cleaner and sparser cloud",
+      {1, 1000});
+  options->Add(name("max_num_pixels"), &max_num_pixels,
+               "Maximum number of views averaged into one point", {1, 1000000});
   options->Add(name("max_reproj_error"), &max_reproj_error,
-               "pixels between a pixel and the point it joins", {0.0, 100.0});
+               "Maximum forward-backward error [px] for a pixel to join a point", {0.0, 100.0});
   options->Add(name("max_depth_error"), &max_depth_error,
-               "relative difference of depth within which a pixel joins a point", {0.0, 1.0});
+               "Maximum relative difference of depth for a pixel to join a point", {0.0, 1.0});
   options->Add(name("max_normal_error"), &max_normal_error,
-               "degrees between normals within which a pixel joins a point", {0.0, 180.0});
+               "Maximum angle [deg] between normals for a pixel to join a point", {0.0, 180.0});
   options->Add(name("weak_max_reproj_error"), &weak_max_reproj_error,
                "pixels of agreement with which one view less than min_num_pixels is enough, where "
                "no view sees through the point; 0: never",
                {0.0, 100.0});
   options->Add(name("check_num_images"), &check_num_images,
-               "neighbouring views checked a reference view", {1, 1000});
+               "Maximum number of neighbours checked per reference view", {1, 1000});
 }
 
 namespace {

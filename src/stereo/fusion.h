@@ -21,7 +21,7 @@ struct FusionOptions {
   int min_num_pixels = 3;
   // Views that are averaged into one point at most.
   int max_num_pixels = 10000;
-  // Pixels between a pixel and the point it joins, seen forth and back.
+  // Maximum forward-backward error [px] for a pixel to join a point.
   double max_reproj_error = 2.0;
   // Relative difference of depth within which a pixel joins a point.
   double max_depth_error = 0.01;
@@ -52,12 +52,12 @@ struct FusionOptions {
 // intersection with its plane); the point lies at the weighted median-centred mean of those depths:
 // no lateral shift. Normals and colours are averaged. The agreeing views are the point's views, and
 // their pixels are covered. Masked pixels neither start nor join a point.
-//   neighbors  as for the depth maps, one list a view; lists are made symmetric inside
+//   neighbors  as for the depth maps, one list per view; lists are made symmetric inside
 // The cloud goes to `sink` in parts, in a fixed order. Deterministic for any number of threads:
 // pixels of a view are independent, coverage is updated after each view. Memory: the points and
 // evidence of one reference view, the maps and colour images of it and one neighbour plus what the
-// caches hold (of colour images: a dozen), and a bit a pixel of the views that were neighbours and
-// whose turn is to come; not the cloud. O(pixels x neighbours).
+// caches hold (of colour images: a dozen), and a bit per pixel of the views that were neighbours
+// and whose turn is to come; not the cloud. O(pixels x neighbours).
 void FuseDepthMaps(const Scene& scene, const ImageStore& images,
                    const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
                    const FusionOptions& options, const CloudSink& sink, const RunContext& context);

@@ -81,8 +81,8 @@ struct PatchMatchOptions {
 //   maps       null for the photometric pass; else the photometric maps of this view and its
 //              neighbours (any resolution).
 // Pixels that the mask excludes, that no neighbour sees or (where filtered) that fail a filter have
-// depth 0. Same bytes for any number of threads. Memory: about 60 bytes a pixel of this view and 12
-// a pixel of each neighbour, plus what the image store and `maps` hold. Time: see
+// depth 0. Same bytes for any number of threads. Memory: about 60 bytes per pixel of this view and
+// 12 a pixel of each neighbour, plus what the image store and `maps` hold. Time: see
 // EstimatePatchMatchCost. Papers: Bleyer et al., PatchMatch Stereo, BMVC 2011; Galliani et al.,
 // Gipuma, ICCV 2015 (red-black propagation, best K views); Schoenberger et al., ECCV 2016
 // (bilateral ZNCC, forward-backward geometric term); Xu and Tao, ACMM, CVPR 2019 (coarse to fine).

@@ -104,7 +104,7 @@ struct QuasiDenseResult {
 // of sub-pixel precision in each; a point is triangulated from the whole track and optimised under
 // a robust loss (Ceres), then checked for reprojection error, angle and cheirality. A point of a
 // later view that an earlier track covers makes no track of its own.
-//   neighbors  one list a view, best first (SelectNeighbors); made symmetric inside
+//   neighbors  one list per view, best first (SelectNeighbors); made symmetric inside
 //   keypoints  empty, or for each view the image coordinates (of the full-size photo) of points to
 //              join
 // Masked pixels have no points. The result does not depend on the number of threads. Throws

@@ -89,7 +89,7 @@ struct VisibilityMesherOptions {
   // looked for and dropped before the tetrahedra of the finest level are made (FilterFreeSpace).
   // Takes about a tenth more time for each level. Not used with max_proj_dist 0.
   int filter_levels = 0;
-  // Also tell which points of the cloud the surface leaves in free space. 4 bytes a point.
+  // Also tell which points of the cloud the surface leaves in free space. 4 bytes per point.
   bool find_free_points = false;
 
   // "VisibilityMeshing.<field>".
@@ -162,8 +162,8 @@ struct VisibilityMesherResult {
 //
 // Throws UsageError for options out of range; MemoryError if what merging, or then the merged
 // points, need exceeds context.memory_budget_bytes and no ScratchMemory is on; CancelledError.
-// Nothing to mesh is a status, not an error. Memory: see MeshingSize, about 0.6 kB a vertex of the
-// tetrahedralisation; time about O(n log n), see EstimateVisibilityMesherCost.
+// Nothing to mesh is a status, not an error. Memory: see MeshingSize, about 0.6 kB per vertex of
+// the tetrahedralisation; time about O(n log n), see EstimateVisibilityMesherCost.
 //
 // With a ScratchMemory the same work is done in parts, with the same bytes: vertices lie along a
 // Hilbert curve; tetrahedra are made tile by tile and stored in that order; rays go out block by

@@ -81,10 +81,10 @@ using PageSink = std::function<std::filesystem::path(int page_idx, ColorImage&& 
 //   reconstructions, ECCV 2014.
 // The surface stays as it is, but for what kDrop leaves out: wide faces are split, the others and
 // all vertices are kept. Vertex colours are dropped. Every face has texture coordinates. Same bytes
-// for any number of threads and any budget of memory. Memory: about 300 bytes a face, one page (8
-// bytes a texel), one photo with its depth map per thread (12 bytes a pixel); what the image store
-// holds comes on top. Throws InputError if no photo shows any face, UsageError for options out of
-// range, CancelledError. `mesh_name` is for messages.
+// for any number of threads and any budget of memory. Memory: about 300 bytes per face, one page (8
+// bytes per texel), one photo with its depth map per thread (12 bytes per pixel); what the image
+// store holds comes on top. Throws InputError if no photo shows any face, UsageError for options
+// out of range, CancelledError. `mesh_name` is for messages.
 TexturingResult TextureMesh(const Scene& scene, const ImageStore& images, TriangleMesh mesh,
                             const std::string& mesh_name, const MeshTexturerOptions& options,
                             const PageSink& write_page, const RunContext& context);

@@ -18,28 +18,28 @@ void MeshTexturerOptions::Describe(OptionSet* options) {
       "Smallest width of a texel on the surface, in the unit of the sparse model; caps the "
       "density where photos are very close. 0: no cap.",
       {0.0, 1e30});
-  options->Add(
-      name("max_face_width"), &max_face_width,
-      "Faces wider than so many pixels of a photo are split, so that each part may take the "
-      "photo that sees it; the surface stays the same. 0: none.",
-      {0.0, 1e6});
+  options->Add(name("max_face_width"), &max_face_width,
+               "Faces wider than this in a photo [px] are split, so that each part may take the "
+               "photo that sees it; the surface stays the same. 0: none.",
+               {0.0, 1e6});
   options->Add(name("max_page_size"), &max_page_size,
                "Largest side of a page in texels; more pages are made as needed.", {256, 8192});
   options->Add(name("atlas_patch_padding"), &atlas_patch_padding,
                "Texels around each chart; less packs tighter, more survives coarser mip levels.",
                {1, 64});
   options->Add(name("max_num_views"), &max_num_views,
-               "Best photos of a face that are looked at; each takes 12 bytes a face.", {1, 64});
+               "Number of best photos looked at per face; each takes 12 bytes per face.", {1, 64});
   options->Add(
       name("seam_cost"), &seam_cost,
-      "Price of a pixel of seam; more gives fewer and larger charts from less good photos.",
+      "Cost of a seam per pixel; raising it gives fewer and larger charts, from less good photos.",
       {0.0, 1000.0});
   options->Add(name("apply_color_correction"), &apply_color_correction,
                "Balance the exposure of the photos and level the colours at seams.");
-  options->Add(name("reject_ghosts"), &reject_ghosts,
-               "Leave a photo out where it shows something else than the others: who walked by.");
+  options->Add(
+      name("reject_ghosts"), &reject_ghosts,
+      "Leave a photo out where it shows something that the others do not: people who walked by.");
   options->Add(name("fade_width"), &fade_width,
-               "Pixels on each side of a seam over which two photos are mixed; 0: not.",
+               "Width [px] on each side of a seam over which two photos are mixed; 0: off.",
                {0.0, 256.0});
   options->AddEnum(
       name("unseen"), &unseen,

@@ -210,7 +210,7 @@ void PhotoOptions::Describe(OptionSet* options) {
                "share of light that a band takes away which lies elsewhere in each photo",
                {0.0, 1.0});
   options->Add("Photo.specular", &specular, "strength of a highlight, share of white", {0.0, 1.0});
-  options->Add("Photo.supersampling", &supersampling, "rays a side of a pixel at edges; 1: none",
+  options->Add("Photo.supersampling", &supersampling, "rays per side of a pixel at edges; 1: none",
                {1, 16});
 }
 

@@ -26,7 +26,7 @@ struct PhotoOptions {
                                // elsewhere in each view
   double specular = 0.0;       // strength of a highlight (Blinn-Phong), share of full white
   double specular_exponent = 60.0;
-  int supersampling = 3;  // rays a side of a pixel where depth or normal jumps; 1: none
+  int supersampling = 3;  // rays per side of a pixel where depth or normal jumps; 1: none
   Color background = Color(90, 110, 140);
   uint64_t seed = 0;
 

@@ -71,7 +71,7 @@ class MeshExporter : public Command {
                                      {"webp", TextureFormat::kWebp}});
     options->Add("texture_quality", &encoding_.quality, "Of JPEG and WebP", {1, 100});
     options->Add("compress", &compress_,
-                 "GLB: 16 bits a coordinate and meshopt compression; readers must know "
+                 "GLB: 16 bits per coordinate and meshopt compression; readers must know "
                  "EXT_meshopt_compression, as three.js, Babylon.js and Cesium do");
     options->Add("origin", &origin_,
                  "3DTILES: place on the Earth of the mesh's origin as latitude,longitude,height "

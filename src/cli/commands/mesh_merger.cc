@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 // Coordinates are shifted where single precision would lose this part of an edge.
 constexpr double kMaxRoundingPart = 0.01, kFloatRounding = 6e-8;
 
-// Where the meshes overlap all over: the 600 bytes a face of MergeMeshes, and the meshes.
+// Where the meshes overlap all over: the 600 bytes per face of MergeMeshes, and the meshes.
 constexpr MeshMemoryModel kMemory = {.all = 700, .in_memory = 100};
 
 class MeshMergerCommand : public Command {

@@ -67,7 +67,7 @@ class SurfaceTopology {
   std::vector<uint32_t> begin_;
   std::vector<int32_t> neighbors_;
   std::vector<uint8_t> on_border_;     // #V
-  std::vector<uint8_t> border_sides_;  // #F, a bit a side
+  std::vector<uint8_t> border_sides_;  // #F, a bit per side
 };
 
 // Distances along edges from the vertices with a start distance (infinite elsewhere), as far as

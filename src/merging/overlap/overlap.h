@@ -49,7 +49,7 @@ std::vector<uint8_t> FindEnds(const BandSurface& surface, const std::vector<Surf
                               const RunContext& context);
 
 // Faces of `mesh` (#F) within about `reach` (between it and three times as far) of a face of
-// `other`. O(#F); 8 bytes a face of `other` and cell of a grid of that size.
+// `other`. O(#F); 8 bytes per face of `other` and cell of a grid of that size.
 std::vector<uint8_t> FacesNear(const TriangleMesh& mesh, const TriangleMesh& other, double reach);
 
 // How two overlapping surfaces lie to each other.

@@ -18,7 +18,7 @@ std::vector<Eigen::Vector3i> PointFaces(size_t count);
 
 // Finds the point of a set of triangles that is nearest to another, in double precision. Triangles
 // may be degenerate: an edge is one that names a vertex twice. Keeps spans of vertices and faces.
-// Queries are thread-safe. Building takes O(F log F); 16 bytes a face.
+// Queries are thread-safe. Building takes O(F log F); 16 bytes per face.
 class SurfaceIndex {
  public:
   struct Hit {

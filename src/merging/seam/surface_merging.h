@@ -50,7 +50,7 @@ struct SurfaceMergingCounters {
 // coarser mesh is split towards the seam until its edges are as long as the other's; both surfaces
 // are moved together in a band around the seam; the gap is filled with triangles; and where faces
 // cross there, vertices of the band are smoothed. Vertices farther from the seam keep their bytes
-// and their order, the first mesh's before the second's. Memory: about 600 bytes a face within
+// and their order, the first mesh's before the second's. Memory: about 600 bytes per face within
 // some edge lengths of the overlap. Deterministic for any number of threads.
 //   G. Turk, M. Levoy: Zippered polygon meshes from range images, SIGGRAPH 1994, chose the seam by
 //   the border of one mesh and clipped the other against it.

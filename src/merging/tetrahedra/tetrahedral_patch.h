@@ -40,7 +40,7 @@ using PatchFaces = std::array<std::vector<uint8_t>, 2>;
 // The result is manifold and does not cross itself, up to the rounding of the tetrahedralisation's
 // single precision. It ends some edge lengths before the parts do, so that it can be joined there
 // with the rest of the meshes; it does not go beyond where both meshes end. Positions are bit for
-// bit those of the meshes. May be empty. About 0.7 kB and 0.1 ms a vertex. Deterministic.
+// bit those of the meshes. May be empty. About 0.7 kB and 0.1 ms per vertex. Deterministic.
 SourcedMesh MakeTetrahedralPatch(const SourcedMesh& first, const SourcedMesh& second,
                                  const PatchFaces& faces, const TetrahedralPatchOptions& options,
                                  const RunContext& context);

@@ -31,7 +31,7 @@ void PackAxis(const TriangleMesh& mesh, int axis, double origin, double step,
   }
 }
 
-// One byte a vertex, as differences.
+// One byte per vertex, as differences.
 template <class Value>
 void PackPlane(size_t count, const Value& value, std::vector<uint8_t>* bytes) {
   uint8_t last = 0;

@@ -13,7 +13,7 @@ namespace lsmvs {
 // A mesh in few bytes, as src/report/web/src/unpack.js reads it: a zlib stream (RFC 1950) of
 //   positions: per axis, differences between successive vertices in steps of `step`, in three
 //   planes of low, middle, high bytes; colours (if any): per channel, differences modulo 256;
-//   errors (if any): a byte a vertex, 0..254 for 0..1, 255 for unknown, differences modulo 256;
+//   errors (if any): a byte per vertex, 0..254 for 0..1, 255 for unknown, differences modulo 256;
 //   faces: differences between successive indices, zigzag-coded, 7 bits a byte, low first, high
 //   bit: more follows;
 //   texture (if any): u, then v of each face's corners, 0..65535 for 0..1 of the page (y down), as

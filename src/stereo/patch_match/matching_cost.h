@@ -20,7 +20,7 @@ struct MatchingProblem {
   std::vector<SourcePlanes> source_planes;  // as many, or empty in the photometric pass
   PatchWeights weights;
   float noise_variance = 1;    // grey levels squared, at this level
-  float geometric_weight = 0;  // cost a pixel of forward-backward error
+  float geometric_weight = 0;  // cost per pixel of forward-backward error
   float geometric_max_px = 0;  // error is cut there
 };
 

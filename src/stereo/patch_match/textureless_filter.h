@@ -35,7 +35,7 @@ struct TexturelessFilterOptions {
 //     other the image ends within reach.
 // With each such pixel go those of its texture window that continue its depth: a window without
 // texture has none in any of its pixels, though windows around those at its rim reach out to some.
-// Returns how many were reset. O(pixels), 24 bytes a pixel.
+// Returns how many were reset. O(pixels), 24 bytes per pixel.
 size_t FilterTexturelessPixels(const Raster<uint8_t>& textured,
                                const TexturelessFilterOptions& settings, PlaneMap* planes);
 

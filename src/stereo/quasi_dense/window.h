@@ -43,7 +43,7 @@ void ReadReferenceWindow(const PackedImage& image, const WindowPattern& pattern,
                          const WindowWarp& warp, ReferenceWindow* window);
 
 // ZNCC in [-1, 1] of the warped window with the reference; 0 where the window is flat. The caller
-// has checked WindowInside. Same value on every instruction set. About 1 ns a sample with AVX2.
+// has checked WindowInside. Same value on every instruction set. About 1 ns per sample with AVX2.
 float CompareWindow(const PackedImage& image, const WindowPattern& pattern, const WindowWarp& warp,
                     const ReferenceWindow& reference);
 

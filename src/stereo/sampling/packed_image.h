@@ -12,7 +12,7 @@ namespace lsmvs {
 // cell (x, y) holds the pixels (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1), the first in the
 // lowest byte. Grey values are rounded to whole ones (0.3 of noise, far below that of a sensor).
 // Padded by kPadding repeated pixels on every side, so that a sample a little outside is safe. 4
-// bytes a pixel, as GrayImage. Samples: packed_sampler-inl.h.
+// bytes per pixel, as GrayImage. Samples: packed_sampler-inl.h.
 struct PackedImage {
   static constexpr int kPadding = 8;
 

@@ -37,7 +37,7 @@ struct BakedPage {
 // texel of a face that faces the camera is a copied pixel. Around a chart go the faces that adjoin
 // it, as far as the chart's photo shows them: what a viewer's filter reaches there is what the
 // other chart shows. The rest of the page is filled by FillHoles. Photos are taken one after the
-// other, each at most twice a page. 4 / 3 * 4 bytes a texel and 32 bytes a face of the page.
+// other, each at most twice per page. 4 / 3 * 4 bytes per texel and 32 bytes per face of the page.
 // Deterministic.
 BakedPage BakePage(const Scene& scene, const ImageStore& images, const LabelEnergy& energy,
                    const SurfaceAppearance& appearance, const Charts& charts, int page_idx,

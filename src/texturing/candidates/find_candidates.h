@@ -16,8 +16,8 @@ namespace lsmvs {
 // Sample points are the corners drawn in, the middles of the edges and the centroid, or, where the
 // face is larger than 8 pixels, a lattice of 4 pixels. Doubtful photos count a tenth. A photo less
 // sharp than another of the same face counts less.
-// One photo at a time per thread: 12 bytes a pixel, and 20 bytes a face that it shows. O(#V + #F)
-// per photo. Deterministic.
+// One photo at a time per thread: 12 bytes per pixel, and 20 bytes per face that it shows. O(#V +
+// #F) per photo. Deterministic.
 FaceCandidates FindCandidates(const Scene& scene, const ImageStore& images,
                               const TriangleMesh& mesh, int max_per_face,
                               const RunContext& context);

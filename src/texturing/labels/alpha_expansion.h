@@ -8,7 +8,7 @@
 namespace lsmvs {
 
 struct ExpansionOptions {
-  // Faces that are moved together; more need more memory (about 60 bytes a face and thread) and
+  // Faces that are moved together; more need more memory (about 60 bytes per face and thread) and
   // give slightly better seams.
   size_t faces_per_block = 1 << 16;
   // Sweeps over all blocks and photos; ends earlier when nothing changes. Blocks are shifted by

@@ -7,7 +7,7 @@
 
 namespace lsmvs {
 
-// Items, each of which belongs to a vertex, by vertex. 4 bytes a vertex and an item.
+// Items, each of which belongs to a vertex, by vertex. 4 bytes per vertex and an item.
 class ByVertex {
  public:
   // `vertex_of(item)`: the vertex of each of the items 0 .. num_items - 1.
