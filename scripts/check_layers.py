@@ -40,8 +40,8 @@ MAY_USE = {
 }
 
 # Third-party headers that only .cc files may include.
-HEAVY = re.compile(r'#include [<"](CGAL|boost|embree3|sqlite3|nlohmann|CLI|ceres|tbb|opencv2|glog|hwy)[/.]')
-HEAVY_ALLOWED = {"opencv2": {"image", "stereo"}, "hwy": {"stereo", "refinement", "image"}}
+HEAVY = re.compile(r'#include [<"](CGAL|boost|embree[34]|sqlite3|nlohmann|CLI|ceres|tbb|opencv2|glog|hwy)[/.]')
+HEAVY_ALLOWED = {"opencv2": {"image", "stereo"}, "embree4": {"evaluation"}, "embree3": {"evaluation"}, "hwy": {"stereo", "refinement", "image"}}
 OURS = re.compile(r'#include "lsmvs/([a-z_]+)/(.*)"')
 
 

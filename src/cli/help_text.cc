@@ -23,15 +23,6 @@ std::string Sentence(std::string text) {
   return text;
 }
 
-// Meaning, allowed values, default.
-std::string EntryText(const OptionSet::Entry& entry) {
-  std::string text = Sentence(entry.help);
-  if (entry.is_list()) text += " May be given several times.";
-  if (!entry.bounds.empty()) text += fmt::format(" Allowed: {}.", entry.bounds);
-  if (!entry.default_value.empty()) text += fmt::format(" Default: {}.", entry.default_value);
-  return text;
-}
-
 std::string EntryHelp(const OptionSet::Entry& entry, bool required) {
   const std::string value = entry.type == "BOOL" ? "0|1" : entry.type;
   return fmt::format("  --{} {}{}\n{}", entry.name, value, required ? "  (required)" : "",
@@ -102,6 +93,14 @@ std::string Usage(const std::string& program, const CommandInfo& info) {
 }
 
 }  // namespace
+
+std::string EntryText(const OptionSet::Entry& entry) {
+  std::string text = Sentence(entry.help);
+  if (entry.is_list()) text += " May be given several times.";
+  if (!entry.bounds.empty()) text += fmt::format(" Allowed: {}.", entry.bounds);
+  if (!entry.default_value.empty()) text += fmt::format(" Default: {}.", entry.default_value);
+  return text;
+}
 
 std::string Wrap(const std::string& text, size_t indent, size_t width) {
   std::string result;

@@ -13,6 +13,9 @@ namespace lsmvs {
 // the line breaks that are there.
 std::string Wrap(const std::string& text, size_t indent, size_t width = 96);
 
+// Meaning, bounds and default of an option: what --help_all says of it.
+std::string EntryText(const OptionSet::Entry& entry);
+
 // `program` is what is typed before the options: "lsmvs stereo_fusion". Fits a screen: the options
 // without a group, a line or two each; with `all` every option with its bounds, and the exit codes.
 std::string CommandHelp(const std::string& program, const CommandInfo& info,

@@ -1,6 +1,5 @@
 #include "lsmvs/evaluation/mesh_tracer.h"
 
-#include <embree3/rtcore.h>
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -8,6 +7,7 @@
 #include <cstring>
 #include <vector>
 
+#include "lsmvs/evaluation/rays/embree.h"
 #include "lsmvs/geometry/distances.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
@@ -143,9 +143,7 @@ std::optional<MeshHit> MeshTracer::Cast(const Eigen::Vector3d& origin,
   FillRay(origin - state_->center, direction, begin, end, &query.ray);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(state_->scene, &context, &query);
+  IntersectRay(state_->scene, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   return MeshHit{query.ray.tfar, state_->FaceOf(query.hit.primID), query.hit.u, query.hit.v};
 }
@@ -154,9 +152,7 @@ bool MeshTracer::Occluded(const Eigen::Vector3d& origin, const Eigen::Vector3d& 
                           double begin, double end) const {
   RTCRay ray;
   FillRay(origin - state_->center, direction, begin, end, &ray);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(state_->scene, &context, &ray);
+  OccludeRay(state_->scene, &ray);
   return ray.tfar < 0;
 }
 

@@ -11,8 +11,8 @@ void PatchMatchOptions::Describe(OptionSet* options) {
       {1, 20});
   options->Add(name("window_step"), &window_step,
                "pixels between samples of a window; larger is faster and noisier", {1, 10});
-  options->Add(name("num_iterations"), &num_iterations,
-               "Number of sweeps over the coarsest level", {1, 100});
+  options->Add(name("num_iterations"), &num_iterations, "Number of sweeps over the coarsest level",
+               {1, 100});
   options->Add(name("max_num_neighbors"), &max_num_neighbors,
                "Number of neighbours that coarse levels match with", {1, 16});
   options->Add(name("max_num_fine_neighbors"), &max_num_fine_neighbors,

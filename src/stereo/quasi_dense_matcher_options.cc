@@ -21,8 +21,7 @@ void QuasiDenseOptions::Describe(OptionSet* options) {
   options->Add(name("max_num_neighbors"), &max_num_neighbors,
                "Number of neighbours that coarse scales match with", {1, 16});
   options->Add(name("max_num_fine_neighbors"), &max_num_fine_neighbors,
-               "Number of neighbours that a point is matched with on the finest scale",
-               {1, 16});
+               "Number of neighbours that a point is matched with on the finest scale", {1, 16});
   options->Add(name("min_ncc"), &min_ncc, "Minimum ZNCC of a match", {-1.0, 1.0});
   options->Add(
       name("max_mutual_error_px"), &max_mutual_error_px,

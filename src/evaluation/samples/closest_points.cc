@@ -49,7 +49,7 @@ double ClosestPoints::Distance(const Eigen::Vector3d& x, double max_distance) co
   double squared_distance = max_distance * max_distance;
   nanoflann::KNNResultSet<double> result(1);
   result.init(&index, &squared_distance);
-  state_->tree.findNeighbors(result, x.data(), nanoflann::SearchParams());
+  state_->tree.findNeighbors(result, x.data(), {});
   return std::min(std::sqrt(squared_distance), max_distance);
 }
 
