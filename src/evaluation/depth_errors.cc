@@ -7,6 +7,7 @@
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/statistics.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -70,8 +71,7 @@ double DepthErrorHistogram::ShareBelow(int num_sigma) const {
 DepthErrors MeasureDepthErrors(const MeshTracer& reconstruction, const MeshTracer& truth,
                                const std::vector<View>& views, const DepthErrorOptions& options,
                                const RunContext& context) {
-  std::string error;
-  if (!options.Check(&error)) throw UsageError(error);
+  RequireValid(options);
   DepthErrors result;
   result.all.name = "all";
   result.all.bins.assign(options.num_bins, 0);

@@ -11,6 +11,7 @@
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/statistics.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -315,8 +316,7 @@ PosedCamera TurntableViewpoint(const std::vector<Eigen::Vector3d>& points_in_wor
 ColorImage RenderMesh(const TriangleMesh& mesh, const MeshTracer& tracer,
                       const PosedCamera& viewpoint, const RenderOptions& options,
                       const RunContext& context, const TexturePages* texture) {
-  std::string error;
-  if (!options.Check(&error)) throw UsageError(error);
+  RequireValid(options);
   const Renderer renderer(mesh, tracer, viewpoint, options, texture);
   ColorImage image(viewpoint.camera.width, viewpoint.camera.height);
   ParallelFor(context, static_cast<size_t>(image.height), 4, [&](size_t r) {

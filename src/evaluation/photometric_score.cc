@@ -14,6 +14,7 @@
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/statistics.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -262,8 +263,7 @@ PhotometricScore MeasurePhotometricScore(const MeshTracer& tracer, const Triangl
                                          const std::vector<int>& view_idxs, bool with_vertices,
                                          const PhotometricOptions& options,
                                          const RunContext& context) {
-  std::string error;
-  if (!options.Check(&error)) throw UsageError(error);
+  RequireValid(options);
   const std::vector<int> scored = NamedViewsOrAll(view_idxs, scene);
   const Scorer scorer(tracer, scene, images, options, context.Part(0, 0.3));
   PhotometricScore result;

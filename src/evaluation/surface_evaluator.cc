@@ -14,6 +14,7 @@
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/phase_timer.h"
 #include "lsmvs/util/statistics.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -140,8 +141,7 @@ struct SurfaceEvaluator::State {
   State(const TriangleMesh& truth, const std::vector<View>& all_views,
         const SurfaceEvaluationOptions& given, const RunContext& context)
       : options(given), views(all_views), seed(context.seed) {
-    std::string error;
-    if (!options.Check(&error)) throw UsageError(error);
+    RequireValid(options);
     ParseThresholds(options.thresholds, &thresholds);
     if (truth.faces.empty()) {
       true_cloud = std::make_unique<ClosestPoints>(truth.vertices);

@@ -8,6 +8,7 @@
 #include "lsmvs/evaluation/photos/box_filter.h"
 #include "lsmvs/evaluation/photos/view_choice.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -227,8 +228,7 @@ TextureScore MeasureTextureScore(const MeshTracer& tracer, const TriangleMesh& m
                                  const TexturePages* texture, const Scene& scene,
                                  const ImageStore& images, const std::vector<int>& view_idxs,
                                  const TextureScoreOptions& options, const RunContext& context) {
-  std::string error;
-  if (!options.Check(&error)) throw UsageError(error);
+  RequireValid(options);
   const std::vector<int> scored = NamedViewsOrAll(view_idxs, scene);
   const Scorer scorer(tracer, mesh, texture, scene, images, options, context);
   TextureScore score;

@@ -15,6 +15,7 @@
 #include "lsmvs/mesh/texture_pages.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -294,8 +295,7 @@ TilesetSummary ExportTileset(const fs::path& folder, const TexturedMesh& texture
                              const std::optional<GeodeticPosition>& origin,
                              const TextureEncoding& encoding, const TilesetOptions& options,
                              const RunContext& context) {
-  std::string error;
-  if (!options.Check(&error)) throw UsageError(error);
+  RequireValid(options);
   return TilesetWriter(folder, textured, directions, origin, encoding, options, context).Write();
 }
 

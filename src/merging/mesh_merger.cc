@@ -18,6 +18,7 @@
 #include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/hash.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -424,8 +425,7 @@ class Merger {
 
 MergedMesh MergeMeshes(std::vector<MergingInput> inputs, const std::vector<View>& views,
                        const MeshMergerOptions& options, const RunContext& context) {
-  std::string error;
-  if (!options.Check(&error)) throw UsageError(error);
+  RequireValid(options);
   if (inputs.size() < 2) throw UsageError("give two or more meshes to merge");
   return Merger(std::move(inputs), views, options, context).Run();
 }

@@ -72,7 +72,7 @@ struct BoundedSimplificationOptions {
 // colour them anew), qualities those of the nearest vertex of the input; normals are computed anew
 // where the input has any. Deterministic for any
 // number of threads. About 10 microseconds and 400 bytes per face of the input. Throws
-// std::logic_error for options that fail Check().
+// UsageError for options that fail Check().
 //
 // Corners of the overlay of both surfaces are tested in the manner of J. Cohen, D. Manocha, M.
 // Olano, "Simplifying polygonal models using successive mappings", Visualization 1997; we look for

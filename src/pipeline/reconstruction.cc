@@ -4,6 +4,7 @@
 
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -15,8 +16,7 @@ constexpr size_t kImageBudgetDivisor = 4;
 std::shared_ptr<const Reconstruction> MakeReconstruction(
     Scene scene, std::shared_ptr<const WorkspaceFiles> files, const ReconstructionOptions& options,
     const RunContext& context) {
-  std::string error;
-  if (!options.Check(&error)) throw UsageError(error);
+  RequireValid(options);
   auto reconstruction = std::make_shared<Reconstruction>();
   reconstruction->scene = std::move(scene);
   reconstruction->files = std::move(files);

@@ -24,6 +24,7 @@
 #include "lsmvs/texturing/vertex_colors.h"
 #include "lsmvs/util/memory.h"
 #include "lsmvs/util/scratch_memory.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -358,8 +359,7 @@ class MeshRefiner {
 RefinementResult RefineMesh(const Scene& scene, const ImageStore& images, TriangleMesh mesh,
                             const MeshRefinerOptions& options, const RunContext& context,
                             const CheckpointFolder& checkpoints) {
-  std::string error;
-  if (!options.Check(&error)) throw std::logic_error(error);
+  RequireValid(options);
   return MeshRefiner(scene, images, options, context, checkpoints).Run(std::move(mesh));
 }
 

@@ -174,7 +174,7 @@ struct RefinementResult : RefinementCounts {
 // the scene beyond rounding. Memory: 8 bytes per pixel of the views in use at a time (bounded by
 // the context's budget) plus about 400 bytes per vertex, and what the image store holds; `mesh` is
 // taken over (move it in). Time: about 60 ns per pixel and pair for each iteration. Throws
-// std::logic_error for options that fail Check(), CancelledError, and what the image store throws.
+// UsageError for options that fail Check(), CancelledError, and what the image store throws.
 //
 // J.-P. Pons, R. Keriven, O. Faugeras, "Multi-view stereo reconstruction and scene flow estimation
 // with a global image-based matching score", IJCV 72(2), 2007; H.-H. Vu, P. Labatut, J.-P. Pons, R.

@@ -12,6 +12,7 @@
 #include "lsmvs/scene/packed_depth_map.h"
 #include "lsmvs/stereo/fusion/speckle_filter.h"
 #include "lsmvs/stereo/sampling/plane_map.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -458,6 +459,7 @@ void Fuser::Run(const CloudSink& sink, const RunContext& context) {
 void FuseDepthMaps(const Scene& scene, const ImageStore& images,
                    const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
                    const FusionOptions& options, const CloudSink& sink, const RunContext& context) {
+  RequireValid(options);
   Fuser(scene, images, neighbors, maps, options).Run(sink, context);
 }
 

@@ -13,6 +13,7 @@
 #include "lsmvs/stereo/patch_match/level_matcher.h"
 #include "lsmvs/stereo/patch_match/textureless_filter.h"
 #include "lsmvs/util/check.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -361,6 +362,7 @@ DepthMap EstimateDepthMap(const Scene& scene, const ImageStore& images, int view
                           const std::vector<Neighbor>& neighbors, const DepthRange& range,
                           const DepthMapSource* maps, const PatchMatchOptions& options,
                           const RunContext& context) {
+  RequireValid(options);
   ViewMatcher matcher(scene, images, view_idx, neighbors, range, maps, options);
   if (!matcher.CanMatch()) return matcher.EmptyMap(maps != nullptr ? 0 : PhotometricLevel(options));
   return matcher.Run(context);

@@ -17,6 +17,7 @@
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/phase_timer.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -269,7 +270,7 @@ QuasiDenseResult MatchQuasiDense(const Scene& scene, const ImageStore& images,
                                  std::span<const std::vector<Eigen::Vector2f>> keypoints,
                                  const QuasiDenseOptions& options, const CloudSink& sink,
                                  const RunContext& context) {
-  if (std::string error; !options.Check(&error)) throw UsageError(error);
+  RequireValid(options);
   LSMVS_CHECK_EQ(neighbors.size(), scene.views.size());
   LSMVS_CHECK_EQ(images.num_views(), scene.views.size());
   LSMVS_CHECK(keypoints.empty() || keypoints.size() == scene.views.size());

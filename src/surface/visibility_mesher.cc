@@ -21,6 +21,7 @@
 #include "lsmvs/util/memory.h"
 #include "lsmvs/util/phase_timer.h"
 #include "lsmvs/util/scratch_memory.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -277,7 +278,7 @@ VisibilityMesherResult MeshVisibilityCloud(const Scene& scene,
                                            const VisibilityMesherOptions& options,
                                            const RunContext& context,
                                            const CheckpointFolder& checkpoints) {
-  if (std::string error; !options.Check(&error)) throw UsageError(error);
+  RequireValid(options);
   return Mesher(scene, read_cloud, options, context, checkpoints).Run();
 }
 

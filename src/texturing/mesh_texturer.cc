@@ -25,6 +25,7 @@
 #include "lsmvs/texturing/unseen/unseen_color.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/phase_timer.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -286,8 +287,7 @@ class MeshTexturer {
 TexturingResult TextureMesh(const Scene& scene, const ImageStore& images, TriangleMesh mesh,
                             const std::string& mesh_name, const MeshTexturerOptions& options,
                             const PageSink& write_page, const RunContext& context) {
-  std::string error;
-  if (!options.Check(&error)) throw UsageError(error);
+  RequireValid(options);
   if (mesh.faces.empty()) throw InputError(mesh_name, "has no faces", "give a mesh");
   if (options.max_face_width > 0)
     SplitWideFaces(scene, images, options.max_face_width, &mesh, context);

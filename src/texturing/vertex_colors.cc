@@ -10,6 +10,7 @@
 #include "lsmvs/mesh/vertex_rings.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/ordered_merge.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -172,8 +173,7 @@ void VertexColorOptions::Describe(OptionSet* options) {
 std::vector<Color> ColorVertices(const Scene& scene, const ImageStore& images,
                                  const TriangleMesh& mesh, const VertexColorOptions& options,
                                  const RunContext& context) {
-  std::string error;
-  LSMVS_CHECK(options.Check(&error));
+  RequireValid(options);
   const std::vector<Eigen::Vector3f> normals = ComputeVertexNormals(mesh);
   const FaceBlocks blocks(mesh.vertices, mesh.faces, context);
   SampleTable table(mesh.vertices.size(), options.max_views_per_vertex);

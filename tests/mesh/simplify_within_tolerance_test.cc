@@ -15,6 +15,7 @@
 #include "lsmvs/mesh/self_intersections.h"
 #include "lsmvs/mesh/simplify.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
+#include "lsmvs/util/error.h"
 #include "simple_meshes.h"
 
 namespace lsmvs {
@@ -411,7 +412,7 @@ TEST(SimplifyWithinTolerance, EmptyAndWrongArguments) {
   EXPECT_FALSE(options.Check(&error));
   EXPECT_THROW(
       SimplifyWithinTolerance(SphereMesh(1), Uniform(SphereMesh(1), 1), options, RunContext(1)),
-      std::logic_error);
+      UsageError);
 }
 
 }  // namespace

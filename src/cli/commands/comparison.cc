@@ -27,6 +27,7 @@
 #include "lsmvs/texturing/vertex_colors.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -474,8 +475,7 @@ bool ComparisonOptions::Check(std::string* error) const {
 }
 
 fs::path WriteComparison(const ComparisonOptions& options, const CommandContext& context) {
-  std::string error;
-  if (!options.Check(&error)) throw UsageError(error);
+  RequireValid(options);
   return Comparison(options, context).Run();
 }
 

@@ -9,6 +9,7 @@
 #include "lsmvs/mesh/simplification/proper_surface.h"
 #include "lsmvs/mesh/simplify.h"
 #include "lsmvs/util/check.h"
+#include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
 
@@ -228,8 +229,7 @@ SimplifiedMesh SimplifyWithinTolerance(const TriangleMesh& mesh,
                                        const std::vector<double>& tolerance,
                                        const BoundedSimplificationOptions& options,
                                        const RunContext& context) {
-  std::string error;
-  if (!options.Check(&error)) throw std::logic_error(error);
+  RequireValid(options);
   LSMVS_CHECK_EQ(tolerance.size(), mesh.vertices.size());
   return BoundedSimplifier(mesh, tolerance, options, context).Run();
 }
