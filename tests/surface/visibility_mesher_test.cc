@@ -351,7 +351,8 @@ TEST(VisibilityMesher, DegenerateInputHasAStatus) {
             VisibilityMesherStatus::kDegenerate);
   std::vector<Eigen::Vector3f> plane;
   for (int i = 0; i < 100; ++i) {
-    plane.emplace_back(0.1f * static_cast<float>(i % 10), 0.1f * static_cast<float>(i / 10), 0.0f);
+    const int column = i % 10, row = i / 10;
+    plane.emplace_back(0.1f * static_cast<float>(column), 0.1f * static_cast<float>(row), 0.0f);
   }
   EXPECT_EQ(status(plane, {0, 1}), VisibilityMesherStatus::kDegenerate);
 }
