@@ -25,6 +25,8 @@ constexpr double kCapacityPerEdge = 1000;
 constexpr double kLengthCost = 0.3, kDistanceCost = 1.0, kMaxDistance = 6;
 constexpr double kPreferenceGain = 2, kResolutionGain = 0.25, kEqualResolution = 0.25,
                  kMaxResolution = 2;
+// Of the surface whose end is farther away; distances count up to so many edge lengths.
+constexpr double kEndGain = 0.02, kEndReach = 12;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -140,7 +142,7 @@ void OverlapSide::Classify(const OverlapSide& other, double inset, double max_ed
     states[v] = is_small ? VertexState::kUnclear : VertexState::kConflict;
     in_conflict[v] = !is_small;
   }
-  from_end = FromVertices(*surface, is_end, inset + 2);
+  from_end = FromVertices(*surface, is_end, std::max(inset + 2, kEndReach));
   from_conflict = FromVertices(*surface, in_conflict, std::max(inset, max_edges + kConflictReach),
                                &nearest_conflict);
   first_wins.assign(matches.size(), 1);
@@ -243,8 +245,20 @@ class FirstLabeler {
     if (own == 0) return 0;
     if (IsPreferred(f)) return kPreferenceGain;
     const double finer = std::log2(other / own);
-    if (std::abs(finer) < kEqualResolution) return 0;
+    if (std::abs(finer) < kEqualResolution) return EndGain(f);
     return kResolutionGain * std::clamp(finer, -kMaxResolution, kMaxResolution);
+  }
+
+  // Surfaces get worse towards their ends: where nothing else tells, the seam runs midway.
+  double EndGain(size_t f) const {
+    double sum = 0;
+    for (const int v : mesh_.faces[f]) {
+      const double reach = kEndReach * first_.CoarserEdge(second_, Index(v));
+      const auto share = [&](double distance) { return std::min(distance / reach, 1.0); };
+      sum += share(first_.from_end[Index(v)]) -
+             share(OverlapSide::AtMatch(second_, second_.from_end, first_.matches[Index(v)]));
+    }
+    return kEndGain * sum / 3;
   }
 
   bool IsPreferred(size_t f) const {
