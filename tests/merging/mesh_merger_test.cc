@@ -146,9 +146,10 @@ TEST_P(MergesPieces, AsGoodAsTheInputs) {
     sum_inputs += 0.5 * (first[k] + second[k]);
   }
   // Of two meshes that lie apart one is wrong, and nothing says which: the band in which they are
-  // moved together costs the right one some of its points.
+  // moved together costs the right one some of its points, in proportion to its width. A band of
+  // three offsets on either side (a slope of 10 degrees in the mean) costs 0.014 of the relief.
   const bool are_apart = GetParam().first.offset > 0 || GetParam().second.offset > 0;
-  EXPECT_GE(sum / 4, sum_inputs / 4 - (are_apart ? 0.02 : kScoreError));
+  EXPECT_GE(sum / 4, sum_inputs / 4 - (are_apart ? 0.015 : kScoreError));
 }
 
 std::vector<MergingCase> Cases() {

@@ -24,7 +24,7 @@ constexpr double kMaxBridge = 5, kMaxOldBorder = 3;
 constexpr double kMinNormalCosine = 0.2;
 // Vertices of a rim between two bridges, about.
 constexpr size_t kBridgeSpacing = 4;
-constexpr size_t kMaxPolygon = 48, kMaxLoop = 160;
+constexpr size_t kMaxPolygon = 48, kMaxLoop = 400;
 // Edge lengths across gaps between a rim and an old border that are filled where they are closed.
 constexpr double kMaxGap = 25;
 constexpr double kNoLimit = 1e300;
