@@ -233,6 +233,23 @@ TEST(MeshMerger, FillsHolesThatTheOtherCovers) {
   EXPECT_EQ(Inspect(mesh).euler_characteristic, 1);  // a disc
 }
 
+// A strip so narrow that its outline could be closed by triangles across it.
+TEST(MeshMerger, LeavesTheOutlineOpen) {
+  const TriangleMesh a = CutPiece(ReliefMesh(0.25, 1), [](const auto& x) { return x.x() < 6; });
+  const TriangleMesh b = CutPiece(ReliefMesh(0.25, 2), [](const auto& x) { return x.x() > 4; });
+  for (const auto method : {MergingMethod::kSurface, MergingMethod::kAuto}) {
+    MeshMergerOptions options;
+    options.method = method;
+    const MergedMesh merged =
+        MergeMeshes({Input("a", a), Input("b", b)}, {}, options, RunContext(2));
+    ExpectValidMesh(merged.mesh);
+    EXPECT_EQ(Inspect(merged.mesh).euler_characteristic, 1);  // a disc
+    EXPECT_EQ(merged.counters.num_seam_crossings, 0u);
+    EXPECT_EQ(merged.counters.num_open_seam_edges, 0u);
+    EXPECT_NEAR(Inspect(merged.mesh).area / Inspect(ReliefMesh(0.25, 3)).area, 1, 0.02);
+  }
+}
+
 TEST(MeshMerger, TakesOneOfTwoContradictingPatches) {
   // A box-like hill that only one of both has.
   TriangleMesh with_hill = ReliefMesh(0.1, 1);

@@ -27,6 +27,8 @@ constexpr size_t kMaxPolygon = 48, kMaxLoop = 400;
 // Edge lengths across gaps between a rim and an old border that are filled where they are closed.
 constexpr double kMaxGap = 25;
 constexpr double kNoLimit = 1e300;
+// Length of new rims around a hole that is filled, per length of old border.
+constexpr double kMinNewShare = 1.0 / 3;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -267,24 +269,52 @@ class Zipper {
     return static_cast<uint64_t>(from) << 32 | static_cast<uint64_t>(to);
   }
 
-  // Nothing if a new edge would be longer than `max_length` edge lengths.
-  bool Fill(const std::vector<int32_t>& polygon, double max_length = kNoLimit) {
+  bool Fill(const std::vector<int32_t>& polygon) {
+    const std::vector<Eigen::Vector3i> faces = Triangulate(polygon);
+    return Add(faces);
+  }
+
+  // Closes a hole beside an old border, unless an edge would be longer than `max_length` edge lengths, or the triangles
+  // are turned away from the surface around.
+  bool FillHole(const std::vector<int32_t>& polygon, double max_length) {
+    const std::vector<Eigen::Vector3i> faces = Triangulate(polygon);
+    return IsShort(faces, max_length) && AgreesWithSurface(faces) && Add(faces);
+  }
+
+  // Empty if there is no way.
+  std::vector<Eigen::Vector3i> Triangulate(const std::vector<int32_t>& polygon) const {
     const auto may_join = [&](int32_t a, int32_t b) { return !edges_.contains(EdgeKey(a, b)); };
     std::vector<int32_t> sorted = polygon;
     std::sort(sorted.begin(), sorted.end());
-    if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) return false;
+    if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) return {};
     // Each edge of a rim gets one face; bridges are new, or sides of a polygon that is filled.
     const auto next_of = [&](size_t i) { return polygon[(i + 1) % polygon.size()]; };
     for (size_t i = 0; i < polygon.size(); ++i) {
-      if (used_sides_.contains(SideKey(polygon[i], next_of(i)))) return false;
+      if (used_sides_.contains(SideKey(polygon[i], next_of(i)))) return {};
     }
-    const std::vector<Eigen::Vector3i> faces =
-        FillPolygon(mesh_.vertices, problem_.normal, polygon, may_join);
+    return FillPolygon(mesh_.vertices, problem_.normal, polygon, may_join);
+  }
+
+  bool IsShort(const std::vector<Eigen::Vector3i>& faces, double max_length) const {
     for (const Eigen::Vector3i& face : faces) {
       for (int k = 0; k < 3; ++k) {
         if (BridgeLength(face[k], face[(k + 1) % 3]) > max_length) return false;
       }
     }
+    return true;
+  }
+
+  // False if they are turned away from the surface around, as those across the outline would be.
+  bool AgreesWithSurface(const std::vector<Eigen::Vector3i>& faces) const {
+    double agreement = 0;
+    for (const Eigen::Vector3i& face : faces) {
+      const Eigen::Vector3d normal = (At(face[1]) - At(face[0])).cross(At(face[2]) - At(face[0]));
+      for (const int v : face) agreement += normal.dot(problem_.normal[Index(v)]);
+    }
+    return agreement > 0;
+  }
+
+  bool Add(const std::vector<Eigen::Vector3i>& faces) {
     for (const Eigen::Vector3i& face : faces) {
       for (int k = 0; k < 3; ++k) {
         edges_.insert(EdgeKey(face[k], face[(k + 1) % 3]));
@@ -318,17 +348,26 @@ class Zipper {
     for (size_t start = 0; start < edges.size(); ++start) {
       if (is_done[start]) continue;
       std::vector<int32_t> loop;
-      bool is_new = false, has_cut = false, all_rim = true;
+      bool has_cut = false, all_rim = true;
+      double new_length = 0, old_length = 0;
       for (size_t e = start; e < edges.size() && !is_done[e]; e = successors[e]) {
         is_done[e] = 1;
         const auto [from, to, face] = edges[e];
         loop.push_back(from);
         all_rim &= is_rim_[Index(from)] != 0;
         has_cut |= Holds(problem_.cut_edges, EdgeKey(from, to));
-        is_new |= !IsOldOrCut(from, to) && !IsBridge(from, to);
+        const double length = (At(from) - At(to)).norm();
+        if (IsOldOrCut(from, to)) old_length += length;
+        if (IsNewRim(from, to)) new_length += length;
       }
-      if (!is_new || has_cut || loop.size() < 3 || loop.size() > kMaxLoop) continue;
-      Fill(loop, all_rim ? kNoLimit : kMaxGap);
+      // A loop of mostly old borders is the outline of the surface.
+      const bool is_hole = new_length > 0 && new_length >= kMinNewShare * old_length;
+      if (!is_hole || has_cut || loop.size() < 3 || loop.size() > kMaxLoop) continue;
+      if (old_length > 0) {
+        FillHole(loop, all_rim ? kNoLimit : kMaxGap);
+      } else {
+        Fill(loop);
+      }
     }
   }
 
