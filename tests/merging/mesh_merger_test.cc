@@ -146,9 +146,10 @@ TEST_P(MergesPieces, AsGoodAsTheInputs) {
     sum_inputs += 0.5 * (first[k] + second[k]);
   }
   // Of two meshes that lie apart one is wrong, and nothing says which: the band in which they are
-  // moved together costs the right one some of its points.
+  // moved together costs the right one some of its points, in proportion to its width. A band of
+  // three offsets on either side (a slope of 10 degrees in the mean) costs 0.014 of the relief.
   const bool are_apart = GetParam().first.offset > 0 || GetParam().second.offset > 0;
-  EXPECT_GE(sum / 4, sum_inputs / 4 - (are_apart ? 0.02 : kScoreError));
+  EXPECT_GE(sum / 4, sum_inputs / 4 - (are_apart ? 0.015 : kScoreError));
 }
 
 std::vector<MergingCase> Cases() {
@@ -230,6 +231,23 @@ TEST(MeshMerger, FillsHolesThatTheOtherCovers) {
       MergeMeshes({Input("a", holed), Input("b", other)}, {}, {}, RunContext(2)).mesh;
   ExpectValidMesh(mesh);
   EXPECT_EQ(Inspect(mesh).euler_characteristic, 1);  // a disc
+}
+
+// A strip so narrow that its outline could be closed by triangles across it.
+TEST(MeshMerger, LeavesTheOutlineOpen) {
+  const TriangleMesh a = CutPiece(ReliefMesh(0.25, 1), [](const auto& x) { return x.x() < 6; });
+  const TriangleMesh b = CutPiece(ReliefMesh(0.25, 2), [](const auto& x) { return x.x() > 4; });
+  for (const auto method : {MergingMethod::kSurface, MergingMethod::kAuto}) {
+    MeshMergerOptions options;
+    options.method = method;
+    const MergedMesh merged =
+        MergeMeshes({Input("a", a), Input("b", b)}, {}, options, RunContext(2));
+    ExpectValidMesh(merged.mesh);
+    EXPECT_EQ(Inspect(merged.mesh).euler_characteristic, 1);  // a disc
+    EXPECT_EQ(merged.counters.num_seam_crossings, 0u);
+    EXPECT_EQ(merged.counters.num_open_seam_edges, 0u);
+    EXPECT_NEAR(Inspect(merged.mesh).area / Inspect(ReliefMesh(0.25, 3)).area, 1, 0.02);
+  }
 }
 
 TEST(MeshMerger, TakesOneOfTwoContradictingPatches) {

@@ -13,7 +13,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kNumRimSteps = 12, kNumFieldSteps = 4;
 // Widths of the bands in which a vertex follows its own match, and the smooth offset of the rim.
-constexpr double kOwnWidth = 3, kSmoothWidth = 5, kOffsetWidth = 4.5;
+constexpr double kOwnWidth = 3, kSmoothWidth = 4, kOffsetWidth = 3;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 

@@ -25,6 +25,10 @@ constexpr double kCapacityPerEdge = 1000;
 constexpr double kLengthCost = 0.3, kDistanceCost = 1.0, kMaxDistance = 6;
 constexpr double kPreferenceGain = 2, kResolutionGain = 0.25, kEqualResolution = 0.25,
                  kMaxResolution = 2;
+// Of the surface whose end is farther away; distances count up to so many edge lengths.
+constexpr double kEndGain = 0.02, kEndReach = 12;
+// Edge lengths from midway between the ends within which the seam of alike meshes is looked for.
+constexpr double kCorridor = 25;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -140,7 +144,7 @@ void OverlapSide::Classify(const OverlapSide& other, double inset, double max_ed
     states[v] = is_small ? VertexState::kUnclear : VertexState::kConflict;
     in_conflict[v] = !is_small;
   }
-  from_end = FromVertices(*surface, is_end, inset + 2);
+  from_end = FromVertices(*surface, is_end, kInfinity);
   from_conflict = FromVertices(*surface, in_conflict, std::max(inset, max_edges + kConflictReach),
                                &nearest_conflict);
   first_wins.assign(matches.size(), 1);
@@ -198,7 +202,22 @@ class FirstLabeler {
     const double to_end = first_.from_end[v];
     const double to_second_end = OverlapSide::AtMatch(second_, second_.from_end, match);
     if (to_second_end < inset && to_second_end < to_end) return 1;
-    return to_end < inset ? -1 : 0;
+    if (to_end < inset) return -1;
+    return IsAlike(v) ? FarFromMidway(v, to_end - to_second_end) : 0;
+  }
+
+  // Whether neither surface is preferred at v.
+  bool IsAlike(size_t v) const {
+    const SurfaceMatch& match = first_.matches[v];
+    if (match.face < 0 || first_.surface->band->is_preferred[v]) return false;
+    return std::abs(std::log2(second_.surface->EdgeLengthAt(match.face) /
+                              first_.surface->frames.edge_length[v])) < kEqualResolution;
+  }
+
+  // In wide overlaps the flow stays small, and surfaces get worse towards their ends.
+  int FarFromMidway(size_t v, double farther) const {
+    const double reach = kCorridor * first_.CoarserEdge(second_, v);
+    return farther > reach ? 1 : farther < -reach ? -1 : 0;
   }
 
   // Of a conflict of either surface within `reach`: +1: the first; -1: the second; 0: there is
@@ -243,8 +262,20 @@ class FirstLabeler {
     if (own == 0) return 0;
     if (IsPreferred(f)) return kPreferenceGain;
     const double finer = std::log2(other / own);
-    if (std::abs(finer) < kEqualResolution) return 0;
+    if (std::abs(finer) < kEqualResolution) return EndGain(f);
     return kResolutionGain * std::clamp(finer, -kMaxResolution, kMaxResolution);
+  }
+
+  // Surfaces get worse towards their ends: where nothing else tells, the seam runs midway.
+  double EndGain(size_t f) const {
+    double sum = 0;
+    for (const int v : mesh_.faces[f]) {
+      const double reach = kEndReach * first_.CoarserEdge(second_, Index(v));
+      const auto share = [&](double distance) { return std::min(distance / reach, 1.0); };
+      sum += share(first_.from_end[Index(v)]) -
+             share(OverlapSide::AtMatch(second_, second_.from_end, first_.matches[Index(v)]));
+    }
+    return kEndGain * sum / 3;
   }
 
   bool IsPreferred(size_t f) const {

@@ -7,11 +7,13 @@
 #include "lsmvs/merging/seam/blending.h"
 #include "lsmvs/merging/seam/grading.h"
 #include "lsmvs/merging/seam/seam_labels.h"
+#include "lsmvs/merging/zip/refilling.h"
 #include "lsmvs/merging/zip/untangling.h"
 #include "lsmvs/merging/zip/zipper.h"
 #include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/mesh/half_edges.h"
 #include "lsmvs/mesh/repair.h"
+#include "lsmvs/mesh/self_intersections.h"
 
 namespace lsmvs {
 
@@ -221,12 +223,59 @@ class SurfaceMerger {
     joined_.faces.insert(joined_.faces.end(), zip.faces.begin(), zip.faces.end());
     std::vector<int32_t> crossings =
         UntangleFaces(may_move_, num_old_faces_, context_, &has_moved_, &joined_);
+    if (!crossings.empty()) crossings = Refill();
     // What the band around the seam does not give way to, its surroundings may.
     if (!crossings.empty()) {
       crossings = UntangleFaces(is_free_, num_old_faces_, context_, &has_moved_, &joined_);
+      if (!crossings.empty()) crossings = Refill();
     }
     counters_.num_crossings += crossings.size();
     AddTrouble(crossings);
+  }
+
+  // Replaces faces that cross others; returns a vertex of each pair that is left.
+  std::vector<int32_t> Refill() {
+    std::vector<uint8_t> is_active(joined_.faces.size());
+    for (size_t f = 0; f < is_active.size(); ++f) {
+      const Eigen::Vector3i& face = joined_.faces[f];
+      is_active[f] = f >= num_old_faces_ || std::any_of(face.begin(), face.end(), [&](int v) {
+                       return has_moved_[Index(v)] || may_move_[Index(v)];
+                     });
+    }
+    const Refilling refilling = RefillCrossings(joined_, normal_, is_free_, is_active, context_);
+    size_t num_kept = 0, num_kept_old = 0;
+    for (size_t f = 0; f < is_active.size(); ++f) {
+      if (refilling.is_dropped[f]) continue;
+      if (f < num_old_faces_) face_side_[num_kept_old++] = face_side_[f];
+      is_active[num_kept] = is_active[f];
+      joined_.faces[num_kept++] = joined_.faces[f];
+    }
+    num_old_faces_ = num_kept_old;
+    joined_.faces.resize(num_kept);
+    joined_.faces.insert(joined_.faces.end(), refilling.faces.begin(), refilling.faces.end());
+    is_active.resize(num_kept);
+    is_active.resize(joined_.faces.size(), 1);
+    counters_.num_new_faces += refilling.faces.size();
+    DropUnusedVertices();
+    std::vector<int32_t> left;
+    const FaceGrid grid(joined_.vertices, joined_.faces);
+    for (const auto& [a, b] : grid.CrossingPairs(is_active, context_)) {
+      left.push_back(joined_.faces[Index(a)][0]);
+    }
+    return left;
+  }
+
+  // Vertices that have lost all their faces are not part of the result.
+  void DropUnusedVertices() {
+    std::vector<uint8_t> used(joined_.vertices.size(), 0);
+    for (const Eigen::Vector3i& face : joined_.faces) {
+      for (const int v : face) used[Index(v)] = 1;
+    }
+    for (std::vector<int32_t>& place : place_) {
+      for (int32_t& j : place) {
+        if (j >= 0 && !used[Index(j)]) j = -1;
+      }
+    }
   }
 
   ZipResult Zip() {

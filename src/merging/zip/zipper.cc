@@ -10,9 +10,10 @@
 
 #include "lsmvs/merging/overlap/mesh_band.h"
 #include "lsmvs/merging/overlap/surface_index.h"
+#include "lsmvs/merging/zip/bridges.h"
+#include "lsmvs/merging/zip/hole_edges.h"
 #include "lsmvs/merging/zip/polygon_filling.h"
 #include "lsmvs/mesh/half_edges.h"
-#include "lsmvs/util/disjoint_sets.h"
 
 namespace lsmvs {
 
@@ -22,12 +23,12 @@ namespace {
 // that takes part.
 constexpr double kMaxBridge = 5, kMaxOldBorder = 3;
 constexpr double kMinNormalCosine = 0.2;
-// Vertices of a rim between two bridges, about.
-constexpr size_t kBridgeSpacing = 4;
-constexpr size_t kMaxPolygon = 48, kMaxLoop = 160;
+constexpr size_t kMaxPolygon = 48, kMaxLoop = 400;
 // Edge lengths across gaps between a rim and an old border that are filled where they are closed.
 constexpr double kMaxGap = 25;
 constexpr double kNoLimit = 1e300;
+// Length of new rims around a hole that is filled, per length of old border.
+constexpr double kMinNewShare = 1.0 / 3;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -50,11 +51,6 @@ class Zipper {
   }
 
  private:
-  struct Bridge {
-    size_t i, j;    // positions on the loop of the first surface and, counted backwards, the second
-    double length;  // in edge lengths
-  };
-
   const Eigen::Vector3d& At(int32_t v) const { return mesh_.vertices[Index(v)]; }
   static bool Holds(const std::vector<uint64_t>& keys, uint64_t key) {
     return std::binary_search(keys.begin(), keys.end(), key);
@@ -216,7 +212,7 @@ class Zipper {
     std::sort(bridges.begin(), bridges.end(), [](const Bridge& a, const Bridge& b) {
       return std::tie(a.i, a.j) < std::tie(b.i, b.j);
     });
-    bridges = Thinned(LongestRisingChain(bridges));
+    bridges = ThinnedChain(LongestRisingChain(bridges));
     // Back to the first one, all the way round.
     bridges.push_back({first.size(), second.size(), bridges.front().length});
     const auto first_at = [&](size_t i) { return first[(i0 + i) % first.size()]; };
@@ -226,50 +222,6 @@ class Zipper {
     for (size_t k = 0; k + 1 < bridges.size(); ++k) {
       FillBetween(first_at, second_at, bridges[k], bridges[k + 1]);
     }
-  }
-
-  // Bridges that follow each other on both loops, as many as possible. The first one is (0, 0).
-  static std::vector<Bridge> LongestRisingChain(const std::vector<Bridge>& bridges) {
-    std::vector<size_t> tails;  // of chains of each length, the one that ends lowest
-    std::vector<int64_t> before(bridges.size(), -1);
-    for (size_t k = 0; k < bridges.size(); ++k) {
-      const auto at = std::lower_bound(tails.begin(), tails.end(), bridges[k].j,
-                                       [&](size_t t, size_t j) { return bridges[t].j < j; });
-      if (at != tails.begin()) before[k] = static_cast<int64_t>(*(at - 1));
-      if (at == tails.end()) {
-        tails.push_back(k);
-      } else {
-        *at = k;
-      }
-    }
-    std::vector<Bridge> chain;
-    for (int64_t k = static_cast<int64_t>(tails.back()); k >= 0;
-         k = before[static_cast<size_t>(k)]) {
-      chain.push_back(bridges[static_cast<size_t>(k)]);
-    }
-    std::reverse(chain.begin(), chain.end());
-    return chain;
-  }
-
-  // One bridge in about kBridgeSpacing vertices: the shortest ones.
-  static std::vector<Bridge> Thinned(const std::vector<Bridge>& bridges) {
-    std::vector<Bridge> thinned = {bridges.front()};
-    for (size_t k = 1; k < bridges.size();) {
-      const auto advance = [&](size_t m) {
-        return std::max(bridges[m].i - thinned.back().i, bridges[m].j - thinned.back().j);
-      };
-      size_t best = k;
-      for (size_t m = k; m < bridges.size() && advance(m) <= 2 * kBridgeSpacing; ++m) {
-        const bool is_far = advance(m) >= kBridgeSpacing;
-        if (advance(best) < kBridgeSpacing ? is_far || m > best
-                                           : is_far && bridges[m].length < bridges[best].length) {
-          best = m;
-        }
-      }
-      thinned.push_back(bridges[best]);
-      k = best + 1;
-    }
-    return thinned;
   }
 
   template <class FirstAt, class SecondAt>
@@ -317,24 +269,52 @@ class Zipper {
     return static_cast<uint64_t>(from) << 32 | static_cast<uint64_t>(to);
   }
 
-  // Nothing if a new edge would be longer than `max_length` edge lengths.
-  bool Fill(const std::vector<int32_t>& polygon, double max_length = kNoLimit) {
+  bool Fill(const std::vector<int32_t>& polygon) {
+    const std::vector<Eigen::Vector3i> faces = Triangulate(polygon);
+    return Add(faces);
+  }
+
+  // Closes a hole beside an old border, unless an edge would be longer than `max_length` edge lengths, or the triangles
+  // are turned away from the surface around.
+  bool FillHole(const std::vector<int32_t>& polygon, double max_length) {
+    const std::vector<Eigen::Vector3i> faces = Triangulate(polygon);
+    return IsShort(faces, max_length) && AgreesWithSurface(faces) && Add(faces);
+  }
+
+  // Empty if there is no way.
+  std::vector<Eigen::Vector3i> Triangulate(const std::vector<int32_t>& polygon) const {
     const auto may_join = [&](int32_t a, int32_t b) { return !edges_.contains(EdgeKey(a, b)); };
     std::vector<int32_t> sorted = polygon;
     std::sort(sorted.begin(), sorted.end());
-    if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) return false;
+    if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) return {};
     // Each edge of a rim gets one face; bridges are new, or sides of a polygon that is filled.
     const auto next_of = [&](size_t i) { return polygon[(i + 1) % polygon.size()]; };
     for (size_t i = 0; i < polygon.size(); ++i) {
-      if (used_sides_.contains(SideKey(polygon[i], next_of(i)))) return false;
+      if (used_sides_.contains(SideKey(polygon[i], next_of(i)))) return {};
     }
-    const std::vector<Eigen::Vector3i> faces =
-        FillPolygon(mesh_.vertices, problem_.normal, polygon, may_join);
+    return FillPolygon(mesh_.vertices, problem_.normal, polygon, may_join);
+  }
+
+  bool IsShort(const std::vector<Eigen::Vector3i>& faces, double max_length) const {
     for (const Eigen::Vector3i& face : faces) {
       for (int k = 0; k < 3; ++k) {
         if (BridgeLength(face[k], face[(k + 1) % 3]) > max_length) return false;
       }
     }
+    return true;
+  }
+
+  // False if they are turned away from the surface around, as those across the outline would be.
+  bool AgreesWithSurface(const std::vector<Eigen::Vector3i>& faces) const {
+    double agreement = 0;
+    for (const Eigen::Vector3i& face : faces) {
+      const Eigen::Vector3d normal = (At(face[1]) - At(face[0])).cross(At(face[2]) - At(face[0]));
+      for (const int v : face) agreement += normal.dot(problem_.normal[Index(v)]);
+    }
+    return agreement > 0;
+  }
+
+  bool Add(const std::vector<Eigen::Vector3i>& faces) {
     for (const Eigen::Vector3i& face : faces) {
       for (int k = 0; k < 3; ++k) {
         edges_.insert(EdgeKey(face[k], face[(k + 1) % 3]));
@@ -345,77 +325,14 @@ class Zipper {
     return !faces.empty();
   }
 
-  // An edge of the border, as a new face at it runs.
-  struct HoleEdge {
-    int32_t from, to, face;
-  };
-
-  // Border of the mesh with the new faces, by `from`.
-  std::vector<HoleEdge> BorderNow() {
-    faces_now_ = mesh_.faces;
-    faces_now_.insert(faces_now_.end(), result_.faces.begin(), result_.faces.end());
-    std::vector<HoleEdge> edges;
-    ForEdges(SortedHalfEdges(faces_now_, mesh_.vertices.size()),
-             [&](const HalfEdge* begin, const HalfEdge* end) {
-               if (end - begin != 1) return;
-               const Eigen::Vector3i& face = faces_now_[Index(begin->face)];
-               edges.push_back({face[(begin->corner + 1) % 3], face[begin->corner], begin->face});
-             });
-    std::sort(edges.begin(), edges.end(), [](const HoleEdge& a, const HoleEdge& b) {
-      return std::tie(a.from, a.to) < std::tie(b.from, b.to);
-    });
-    return edges;
+  // Of the mesh and new.
+  std::vector<Eigen::Vector3i> FacesNow() const {
+    std::vector<Eigen::Vector3i> faces = mesh_.faces;
+    faces.insert(faces.end(), result_.faces.begin(), result_.faces.end());
+    return faces;
   }
-
-  // The fans of the faces at a vertex, by face.
-  std::map<int32_t, uint32_t> FansAt(int32_t v, const std::vector<int32_t>& faces) const {
-    DisjointSets sets(faces.size());
-    std::map<int32_t, uint32_t> face_at;  // by the other vertex of an edge at v
-    for (uint32_t i = 0; i < faces.size(); ++i) {
-      for (const int32_t w : faces_now_[Index(faces[i])]) {
-        if (w == v) continue;
-        const auto [it, is_new] = face_at.emplace(w, i);
-        if (!is_new) sets.Unite(i, it->second);
-      }
-    }
-    std::map<int32_t, uint32_t> fans;
-    for (uint32_t i = 0; i < faces.size(); ++i) fans[faces[i]] = sets.Find(i);
-    return fans;
-  }
-
-  // Successor of each edge of the border around its hole. Where several holes meet at a vertex, an
-  // edge of one fan of faces is followed by one of the next fan.
-  std::vector<size_t> Successors(const std::vector<HoleEdge>& edges) const {
-    const auto first_from = [&](int32_t v) {
-      const auto at = std::lower_bound(edges.begin(), edges.end(), v,
-                                       [](const HoleEdge& e, int32_t w) { return e.from < w; });
-      return static_cast<size_t>(at - edges.begin());
-    };
-    std::map<int32_t, std::vector<int32_t>> faces_at;  // of vertices between several holes
-    for (size_t e = 0; e + 1 < edges.size(); ++e) {
-      if (edges[e].from == edges[e + 1].from) faces_at[edges[e].from];
-    }
-    for (size_t f = 0; f < faces_now_.size() && !faces_at.empty(); ++f) {
-      for (const int32_t v : faces_now_[f]) {
-        const auto found = faces_at.find(v);
-        if (found != faces_at.end()) found->second.push_back(static_cast<int32_t>(f));
-      }
-    }
-    std::vector<size_t> successors(edges.size());
-    for (size_t e = 0; e < edges.size(); ++e) successors[e] = first_from(edges[e].to);
-    for (const auto& [v, faces] : faces_at) {
-      const std::map<int32_t, uint32_t> fans = FansAt(v, faces);
-      std::map<uint32_t, size_t> out_of;  // edge from v by the fan of its face
-      for (size_t e = first_from(v); e < edges.size() && edges[e].from == v; ++e) {
-        out_of[fans.at(edges[e].face)] = e;
-      }
-      for (size_t e = 0; e < edges.size(); ++e) {
-        if (edges[e].to != v) continue;
-        const auto next = out_of.upper_bound(fans.at(edges[e].face));
-        successors[e] = next == out_of.end() ? out_of.begin()->second : next->second;
-      }
-    }
-    return successors;
+  std::vector<HoleEdge> BorderNow() const {
+    return FindHoleEdges(FacesNow(), mesh_.vertices.size());
   }
 
   bool IsOldOrCut(int32_t a, int32_t b) const {
@@ -424,23 +341,33 @@ class Zipper {
   }
 
   void FillLoops() {
-    const std::vector<HoleEdge> edges = BorderNow();
-    const std::vector<size_t> successors = Successors(edges);
+    const std::vector<Eigen::Vector3i> faces = FacesNow();
+    const std::vector<HoleEdge> edges = FindHoleEdges(faces, mesh_.vertices.size());
+    const std::vector<size_t> successors = HoleSuccessors(faces, edges);
     std::vector<uint8_t> is_done(edges.size(), 0);
     for (size_t start = 0; start < edges.size(); ++start) {
       if (is_done[start]) continue;
       std::vector<int32_t> loop;
-      bool is_new = false, has_cut = false, all_rim = true;
+      bool has_cut = false, all_rim = true;
+      double new_length = 0, old_length = 0;
       for (size_t e = start; e < edges.size() && !is_done[e]; e = successors[e]) {
         is_done[e] = 1;
         const auto [from, to, face] = edges[e];
         loop.push_back(from);
         all_rim &= is_rim_[Index(from)] != 0;
         has_cut |= Holds(problem_.cut_edges, EdgeKey(from, to));
-        is_new |= !IsOldOrCut(from, to) && !IsBridge(from, to);
+        const double length = (At(from) - At(to)).norm();
+        if (IsOldOrCut(from, to)) old_length += length;
+        if (IsNewRim(from, to)) new_length += length;
       }
-      if (!is_new || has_cut || loop.size() < 3 || loop.size() > kMaxLoop) continue;
-      Fill(loop, all_rim ? kNoLimit : kMaxGap);
+      // A loop of mostly old borders is the outline of the surface.
+      const bool is_hole = new_length > 0 && new_length >= kMinNewShare * old_length;
+      if (!is_hole || has_cut || loop.size() < 3 || loop.size() > kMaxLoop) continue;
+      if (old_length > 0) {
+        FillHole(loop, all_rim ? kNoLimit : kMaxGap);
+      } else {
+        Fill(loop);
+      }
     }
   }
 
@@ -527,8 +454,7 @@ class Zipper {
   std::vector<std::vector<int32_t>> loops_;
   std::vector<int32_t> loop_of_;
   std::vector<size_t> place_;
-  std::vector<int32_t> nearest_;            // vertex of the other rim
-  std::vector<Eigen::Vector3i> faces_now_;  // of the mesh and new
+  std::vector<int32_t> nearest_;  // vertex of the other rim
   ZipResult result_;
 };
 
