@@ -199,8 +199,9 @@ class MeshRefiner {
     const double start = Seconds();
     images_.Trim(0);
     const auto views = MakeLevelViews(scene_, images_, level);
-    SelectPairs(views, context);
-    if (AdaptToPairs(is_first)) SelectPairs(views, context);
+    // The pairs of the level before tell how large faces are, too.
+    if (is_first) SelectPairs(views, context);
+    if (AdaptToPairs(is_first) || !is_first) SelectPairs(views, context);
     ReturnFreedMemory();
     size_t num_seen = 0;
     for (size_t f = 0; f < result_.mesh.faces.size(); ++f) num_seen += pairs_.Seen(f);
@@ -223,18 +224,19 @@ class MeshRefiner {
     result_.prepare_seconds += Seconds() - start;
   }
 
-  // Brings the triangles to the resolution of the present pairs; thins out only what came in. True
-  // if anything changed.
-  bool AdaptToPairs(bool may_collapse) {
+  // Brings the triangles to the resolution of a level, seen by its pairs on the first one, else by
+  // those of the level before; thins out only what came in. True if anything changed.
+  bool AdaptToPairs(bool is_first) {
     if (options_.max_face_area_px == 0 && !options_.improve_mesh) return false;
     const double start = Seconds();
+    const double finer = is_first ? 1.0 : 4.0;  // pixels, than those of the pairs
     std::vector<float> density(result_.mesh.faces.size(), 0.0f);
     for (size_t f = 0; f < density.size(); ++f) {
       const double area = 0.5 * FaceNormalTimesTwiceArea(result_.mesh, f).norm();
-      if (area > 0) density[f] = static_cast<float>(pairs_.area_px[f] / area);
+      if (area > 0) density[f] = static_cast<float>(finer * pairs_.area_px[f] / area);
     }
     const MeshAdaptation changes = AdaptMesh(
-        {options_.max_face_area_px, options_.improve_mesh && may_collapse, options_.improve_mesh},
+        {options_.max_face_area_px, options_.improve_mesh && is_first, options_.improve_mesh},
         density, &result_.mesh, &input_, context_);
     result_.num_collapses += changes.num_collapses;
     result_.num_splits += changes.num_splits;
@@ -252,12 +254,13 @@ class MeshRefiner {
     const auto views = MakeLevelViews(scene_, images_, 0);
     const FacePairs pairs = SelectJudges(views);
     const PhotoEnergyOptions energy = MakePhotoEnergyOptions(options_, 0, context_);
-    if (options_.guard) Guard(views, pairs, energy);
     PhotoTerms terms;
-    if (options_.max_gap_share > 0) {
+    if (options_.guard) {
+      terms = Guard(views, pairs, energy);
+    } else if (options_.max_gap_share > 0) {
       terms = EvaluatePhotoTerms(images_, views, result_.mesh, {}, pairs, {}, energy, context_);
     }
-    if (!terms.error.empty()) {
+    if (options_.max_gap_share > 0) {
       result_.mesh.vertex_quality = VertexQuality(result_.mesh, pairs, terms);
     }
     const FinishingOptions finishing{
@@ -288,14 +291,16 @@ class MeshRefiner {
     return SelectOtherFacePairs(views, judges, result_.mesh, regions_, pairs_, selection, context_);
   }
 
-  void Guard(const std::vector<LevelView>& views, const FacePairs& pairs,
-             const PhotoEnergyOptions& energy) {
-    const GuardSummary summary = RestoreWorseRegions(images_, views, regions_, pairs, input_,
-                                                     Gain(pairs), energy, &result_.mesh, context_);
+  // Terms of the mesh that is left.
+  PhotoTerms Guard(const std::vector<LevelView>& views, const FacePairs& pairs,
+                   const PhotoEnergyOptions& energy) {
+    GuardSummary summary = RestoreWorseRegions(images_, views, regions_, pairs, input_, Gain(pairs),
+                                               energy, &result_.mesh, context_);
     result_.num_regions = static_cast<size_t>(regions_.count);
     result_.num_regions_restored = summary.num_regions_restored;
     result_.input_photo_error = summary.input_error;
     result_.output_photo_error = summary.output_error;
+    return std::move(summary.terms);
   }
 
   // Of the refined mesh over the input, in the units of `pairs`.
