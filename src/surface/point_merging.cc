@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "lsmvs/geometry/hilbert_order.h"
-#include "lsmvs/surface/point_grid.h"
+#include "lsmvs/surface/points/point_grid.h"
 
 namespace lsmvs {
 

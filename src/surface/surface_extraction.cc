@@ -24,7 +24,7 @@ struct Facet {
 
 class Extractor {
  public:
-  Extractor(CellComplex* complex, const std::vector<uint32_t>& rank)
+  Extractor(Tetrahedralization* complex, const std::vector<uint32_t>& rank)
       : complex_(*complex), rank_(rank) {}
 
   ExtractedSurface Run() {
@@ -287,7 +287,7 @@ class Extractor {
     }
   }
 
-  CellComplex& complex_;
+  Tetrahedralization& complex_;
   const std::vector<uint32_t>& rank_;
   std::vector<Facet> facets_;
   std::vector<int32_t> corner_vertex_;
@@ -296,7 +296,8 @@ class Extractor {
 
 }  // namespace
 
-ExtractedSurface ExtractSurface(CellComplex complex, const std::vector<uint32_t>& vertex_rank) {
+ExtractedSurface ExtractSurface(Tetrahedralization complex,
+                                const std::vector<uint32_t>& vertex_rank) {
   return Extractor(&complex, vertex_rank).Run();
 }
 
