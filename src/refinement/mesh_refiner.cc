@@ -294,8 +294,8 @@ class MeshRefiner {
   // Terms of the mesh that is left.
   PhotoTerms Guard(const std::vector<PosedCamera>& views, const FacePairs& pairs,
                    const PhotoEnergyOptions& energy) {
-    RollbackSummary summary = RollBackWorseRegions(
-        images_, views, regions_, pairs, input_, Gain(pairs), energy, &result_.mesh, context_);
+    RollbackSummary summary = RollBackWorseRegions(images_, views, regions_, pairs, input_,
+                                                   Gain(pairs), energy, &result_.mesh, context_);
     result_.num_regions = static_cast<size_t>(regions_.count);
     result_.num_regions_restored = summary.num_regions_restored;
     result_.input_photo_error = summary.input_error;
