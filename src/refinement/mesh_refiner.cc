@@ -199,9 +199,8 @@ class MeshRefiner {
     const double start = Seconds();
     images_.Trim(0);
     const auto views = MakeLevelViews(scene_, images_, level);
-    // The pairs of the level before tell how large faces are, too.
-    if (is_first) SelectPairs(views, context);
-    if (AdaptToPairs(is_first) || !is_first) SelectPairs(views, context);
+    SelectPairs(views, context);
+    if (AdaptToPairs(is_first)) SelectPairs(views, context);
     ReturnFreedMemory();
     size_t num_seen = 0;
     for (size_t f = 0; f < result_.mesh.faces.size(); ++f) num_seen += pairs_.Seen(f);
@@ -224,19 +223,18 @@ class MeshRefiner {
     result_.prepare_seconds += Seconds() - start;
   }
 
-  // Brings the triangles to the resolution of a level, seen by its pairs on the first one, else by
-  // those of the level before; thins out only what came in. True if anything changed.
-  bool AdaptToPairs(bool is_first) {
+  // Brings the triangles to the resolution of the present pairs; thins out only what came in. True
+  // if anything changed.
+  bool AdaptToPairs(bool may_collapse) {
     if (options_.max_face_area_px == 0 && !options_.improve_mesh) return false;
     const double start = Seconds();
-    const double finer = is_first ? 1.0 : 4.0;  // pixels, than those of the pairs
     std::vector<float> density(result_.mesh.faces.size(), 0.0f);
     for (size_t f = 0; f < density.size(); ++f) {
       const double area = 0.5 * FaceNormalTimesTwiceArea(result_.mesh, f).norm();
-      if (area > 0) density[f] = static_cast<float>(finer * pairs_.area_px[f] / area);
+      if (area > 0) density[f] = static_cast<float>(pairs_.area_px[f] / area);
     }
     const MeshAdaptation changes = AdaptMesh(
-        {options_.max_face_area_px, options_.improve_mesh && is_first, options_.improve_mesh},
+        {options_.max_face_area_px, options_.improve_mesh && may_collapse, options_.improve_mesh},
         density, &result_.mesh, &input_, context_);
     result_.num_collapses += changes.num_collapses;
     result_.num_splits += changes.num_splits;

@@ -58,7 +58,7 @@ struct MeshRefinerOptions {
   // parts.
   double membrane = 0.0;
   // Weight of the square of a vertex' way from its input (pixels, per square pixel of surface)
-  // where the photos show no texture; it falls to nothing with the texture. It holds what the
+  // where the photos show no texture; the more texture, the less. It holds what the
   // photos do not determine, such as plain walls; raising it keeps more of the input's noise there.
   double anchor = 0.0005;
   LaplacianWeights laplacian = LaplacianWeights::kUniform;

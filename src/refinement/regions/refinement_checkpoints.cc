@@ -32,7 +32,6 @@ void RefinementCheckpoints::WriteLevel(int number, const RefinementState& state)
   folder_.Write(FileName("input", number), *state.input);
   folder_.Write(FileName("pairs", number), state.pairs->pairs);
   folder_.Write(FileName("pairs_of_face", number), state.pairs->of_face);
-  folder_.Write(FileName("areas", number), state.pairs->area_px);
   folder_.Write(FileName("counts", number), Counts(1, *state.result));
   folder_.FinishStep(StepName(number));
 }
@@ -43,7 +42,6 @@ void RefinementCheckpoints::ReadLevel(int number, const RefinementState& state) 
   folder_.Read(FileName("input", number), state.input);
   folder_.Read(FileName("pairs", number), &state.pairs->pairs);
   folder_.Read(FileName("pairs_of_face", number), &state.pairs->of_face);
-  folder_.Read(FileName("areas", number), &state.pairs->area_px);
   state.pairs->per_face = static_cast<int>(state.pairs->of_face.size() / state.mesh->faces.size());
   Counts counts;
   folder_.Read(FileName("counts", number), &counts);
@@ -70,8 +68,7 @@ void RefinementCheckpoints::ReadJudged(RefinementResult* result) const {
 
 size_t RefinementCheckpoints::Bytes(size_t num_faces, int pairs_per_face) {
   constexpr size_t kVertex = sizeof(Eigen::Vector3d), kFace = sizeof(Eigen::Vector3i);
-  const size_t level =
-      kVertex + kFace + sizeof(int32_t) * static_cast<size_t>(pairs_per_face) + sizeof(float);
+  const size_t level = kVertex + kFace + sizeof(int32_t) * static_cast<size_t>(pairs_per_face);
   const size_t judged = kVertex / 2 + sizeof(float) / 2 + kFace;
   return num_faces * (2 * level + judged);
 }

@@ -14,7 +14,7 @@ namespace lsmvs {
 struct RefinementState {
   TriangleMesh* mesh;                   // vertices and faces
   std::vector<Eigen::Vector3d>* input;  // #V: where each vertex lies on the input surface
-  FacePairs* pairs;                     // pairs and areas of the faces, but not their pixels' sizes
+  FacePairs* pairs;                     // pairs of each face, but not their sizes
   RefinementResult* result;             // counts
 };
 

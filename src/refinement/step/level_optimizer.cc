@@ -31,17 +31,15 @@ constexpr int kFacesPerCluster = 1 << 14;
 // known, and they get cheaper as regions stop.
 constexpr double kLeftAfterEvaluation = 0.75;
 // Part of the photo term's lumped Gauss-Newton matrix that steps are found with. Sums of rows
-// overrate the curvature of all but constant displacements: with all of it, fountain-P11 takes five
-// steps at full resolution to where three lead with this part.
-constexpr double kCurvatureShare = 0.7;
+// overrate the curvature of all but constant displacements: with less of it, fewer steps lead as
+// far.
+constexpr double kCurvatureShare = 0.8;
 // What a border may go further than the surface beside it.
 constexpr double kBorderSlackPx = 1.5;
 constexpr double kMaxRoundingPx = 1e-3;
 // A step may turn a face by at most this cosine.
 constexpr double kMinTurnCosine = 0.3;
 constexpr int kFoldPasses = 3;
-// Half the texture leaves this power of a half of the anchor.
-constexpr double kDoubtPower = 4.0;
 
 // State of one region between steps.
 struct RegionState {
@@ -199,7 +197,7 @@ class LevelOptimizer {
     }
     for (size_t v = 0; v < masses.size(); ++v) {
       const double doubt = pixels[v] > 0 ? 1 - masses[v] / pixels[v] : 1.0;
-      masses[v] = std::pow(std::clamp(doubt, 0.0, 1.0), kDoubtPower);
+      masses[v] = std::clamp(doubt, 0.0, 1.0);
     }
     return masses;
   }
