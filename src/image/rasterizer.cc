@@ -173,11 +173,8 @@ class DrawnVertices {
                 std::span<const Eigen::Vector3d> vertices)
       : camera_(camera), cam_from_world_(cam_from_world), vertices_(vertices), entries_(kSize) {}
 
-  DrawnVertex Of(int32_t vertex) {
-    Entry& entry = entries_[static_cast<size_t>(vertex) % kSize];
-    if (entry.vertex != vertex) entry = {vertex, Project(static_cast<size_t>(vertex))};
-    return entry.drawn;
-  }
+  FirstCenter CenterOf(int32_t vertex) { return Find(vertex).center; }
+  ProjectedVertex Of(int32_t vertex) { return Find(vertex).projected; }
 
  private:
   static constexpr size_t kSize = 4096;
@@ -185,6 +182,12 @@ class DrawnVertices {
     int32_t vertex = -1;
     DrawnVertex drawn;
   };
+
+  const DrawnVertex& Find(int32_t vertex) {
+    Entry& entry = entries_[static_cast<size_t>(vertex) % kSize];
+    if (entry.vertex != vertex) entry = {vertex, Project(static_cast<size_t>(vertex))};
+    return entry.drawn;
+  }
 
   DrawnVertex Project(size_t vertex) const {
     const Eigen::Vector3d x = cam_from_world_ * vertices_[vertex];
@@ -227,10 +230,13 @@ void RasterizeMesh(const PinholeCamera& camera, const Rigid3& cam_from_world,
   const auto draw = [&](size_t begin, size_t end) {
     for (size_t f = begin; f < end; ++f) {
       const Eigen::Vector3i& face = faces[f];
-      const DrawnVertex a = drawn.Of(face[0]), b = drawn.Of(face[1]), c = drawn.Of(face[2]);
-      if (CoversNoCenter(a.center, b.center, c.center)) continue;
-      if (IsWellBefore(a.projected, b.projected, c.projected)) {
-        rasterizer.DrawFace(static_cast<int>(f), a.projected, b.projected, c.projected);
+      if (CoversNoCenter(drawn.CenterOf(face[0]), drawn.CenterOf(face[1]),
+                         drawn.CenterOf(face[2]))) {
+        continue;
+      }
+      const ProjectedVertex a = drawn.Of(face[0]), b = drawn.Of(face[1]), c = drawn.Of(face[2]);
+      if (IsWellBefore(a, b, c)) {
+        rasterizer.DrawFace(static_cast<int>(f), a, b, c);
       } else {
         rasterizer.DrawFace(static_cast<int>(f),
                             {corner(face[0]), corner(face[1]), corner(face[2])});

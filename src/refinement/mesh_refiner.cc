@@ -253,12 +253,13 @@ class MeshRefiner {
     const auto views = MakeLevelViews(scene_, images_, 0);
     const FacePairs pairs = SelectJudges(views);
     const PhotoEnergyOptions energy = MakePhotoEnergyOptions(options_, 0, context_);
-    if (options_.guard) Guard(views, pairs, energy);
     PhotoTerms terms;
-    if (options_.max_gap_share > 0) {
+    if (options_.guard) {
+      terms = Guard(views, pairs, energy);
+    } else if (options_.max_gap_share > 0) {
       terms = EvaluatePhotoTerms(images_, views, result_.mesh, {}, pairs, {}, energy, context_);
     }
-    if (!terms.error.empty()) {
+    if (options_.max_gap_share > 0) {
       result_.mesh.vertex_quality = VertexQuality(result_.mesh, pairs, terms);
     }
     const FinishingOptions finishing{
@@ -289,14 +290,16 @@ class MeshRefiner {
     return SelectOtherFacePairs(views, judges, result_.mesh, regions_, pairs_, selection, context_);
   }
 
-  void Guard(const std::vector<PosedCamera>& views, const FacePairs& pairs,
-             const PhotoEnergyOptions& energy) {
-    const RollbackSummary summary = RollBackWorseRegions(
-        images_, views, regions_, pairs, input_, Gain(pairs), energy, &result_.mesh, context_);
+  // Terms of the mesh that is left.
+  PhotoTerms Guard(const std::vector<PosedCamera>& views, const FacePairs& pairs,
+                   const PhotoEnergyOptions& energy) {
+    RollbackSummary summary = RollBackWorseRegions(images_, views, regions_, pairs, input_,
+                                                   Gain(pairs), energy, &result_.mesh, context_);
     result_.num_regions = static_cast<size_t>(regions_.count);
     result_.num_regions_restored = summary.num_regions_restored;
     result_.input_photo_error = summary.input_error;
     result_.output_photo_error = summary.output_error;
+    return std::move(summary.terms);
   }
 
   // Of the refined mesh over the input, in the units of `pairs`.

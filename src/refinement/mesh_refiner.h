@@ -39,7 +39,7 @@ struct MeshRefinerOptions {
   // Which parts of the surface move in a step of Gauss and Newton.
   RefinementDeformation deformation = RefinementDeformation::kIndependent;
   // Steps per level at most; a level ends earlier when its regions have converged.
-  int max_num_iterations = 8;
+  int max_num_iterations = 5;
   // Half side of the correlation window in pixels: 3 is 7 x 7. Larger is more stable and smoother.
   int window_radius = 3;
   // Neighbours that a view may be compared with.
@@ -58,7 +58,7 @@ struct MeshRefinerOptions {
   // parts.
   double membrane = 0.0;
   // Weight of the square of a vertex' way from its input (pixels, per square pixel of surface)
-  // where the photos show no texture; it falls to nothing with the texture. It holds what the
+  // where the photos show no texture; the more texture, the less. It holds what the
   // photos do not determine, such as plain walls; raising it keeps more of the input's noise there.
   double anchor = 0.0005;
   LaplacianWeights laplacian = LaplacianWeights::kUniform;
@@ -71,7 +71,7 @@ struct MeshRefinerOptions {
   // Longest step of a vertex in one iteration, in pixels of the level.
   double max_step_px = 1.0;
   // A level ends when a step lowers the energy by less than this part of it.
-  double min_relative_gain = 0.001;
+  double min_relative_gain = 0.002;
   // Facets are split while the best pair of views sees more than this many square pixels (the
   // smaller of the pair's two areas). 0: the facets stay as they are.
   double max_face_area_px = 16.0;
@@ -110,8 +110,8 @@ struct RefinementLevelSummary {
   int num_rejected_regions = 0;  // summed over the iterations
   // Regions that had stopped moving, each by itself, when the level ended; of all.
   int num_stopped_regions = 0, num_regions = 0;
-  // Vertices whose step was taken back because the surface would have passed through itself, summed
-  // over the iterations.
+  // Vertices that returned to where they were before the level because the surface would have
+  // passed through itself.
   size_t num_collisions_undone = 0;
   size_t num_faces = 0;  // after adaptation to the level
   // Mean of 1 - ZNCC over all pixels of all pairs, before the first and after the last step of the

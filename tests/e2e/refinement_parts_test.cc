@@ -15,6 +15,8 @@
 #include "lsmvs/test_support/temporary_folder.h"
 #include "parts_support.h"
 #include "program_runner.h"
+#include "small_disk.h"
+#include "small_workspace.h"
 
 namespace lsmvs {
 namespace {
@@ -122,6 +124,33 @@ TEST_F(RefinementParts, GoesOnBehindTheLevelsThatWereFinished) {
   });
   EXPECT_EQ(CountOf(folder_->path(), "mesh_refiner", Path("steps.ply"), "steps_found"), 3);
   ExpectSameBytes(Path("steps.ply"), Path("whole.ply"));
+}
+
+// The disk of scratch files is full at first, then that of the result: what stood there stays, and
+// the steps that were finished are not done again.
+TEST_F(RefinementParts, FullDisk) {
+  SKIP_WITH_SANITIZERS;
+  MakeWhole();
+  const SmallDisk scratch("100m"), results("1m");
+  if (!scratch.mounted()) GTEST_SKIP() << "cannot mount a file system: " << scratch.reason();
+  const fs::path output = results.path() / "refined.ply";
+  const std::string before = "what stood there before";
+  WriteText(output, before);
+  const auto refine = [&] {
+    return Refine(output.string(), {"--num_parts", "2", "--scratch_path", scratch.path().string(),
+                                    "--ignore_disk_space", "1", "--overwrite", "1"});
+  };
+  ExpectError(refine(), 4, {scratch.path().string(), "No space left", "--scratch_path"});
+  EXPECT_EQ(ReadBytes(output), before);
+  scratch.Resize("1g");
+  ExpectError(refine(), 4, {results.path().string(), "No space left"});
+  EXPECT_EQ(ReadBytes(output), before);
+  EXPECT_TRUE(HasKept(scratch.path(), "judged"));
+  results.Resize("100m");
+  ExpectSuccess(refine());
+  EXPECT_EQ(CountOf(folder_->path(), "mesh_refiner", output, "steps_found"), 3);
+  EXPECT_EQ(CountCheckpoints(scratch.path()), 0u);
+  ExpectSameBytes(output, Path("whole.ply"));
 }
 
 }  // namespace

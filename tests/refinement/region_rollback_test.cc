@@ -100,6 +100,37 @@ TEST_F(GuardedSphere, SmoothnessOutweighsASmallLossOnly) {
   EXPECT_GT(num_restored(3.0, 1e6), static_cast<size_t>(regions_.count / 2));
 }
 
+// Each face has the terms of the mesh that its region was taken from.
+TEST_F(GuardedSphere, TermsAreThoseOfWhatIsLeft) {
+  TriangleMesh input = truth_, mesh = truth_;
+  input.vertices = input_;
+  const std::vector<Eigen::Vector3d> bad = Noisy(3.0, 2);
+  for (size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (truth_.vertices[v].x() > 0) mesh.vertices[v] = bad[v];
+  }
+  const auto measure = [&](const TriangleMesh& candidate) {
+    return EvaluatePhotoTerms(*images_, views_, candidate, {}, pairs_, {}, PhotoEnergyOptions(),
+                              context_);
+  };
+  const PhotoTerms before = measure(input), after = measure(mesh);
+  const RollbackSummary summary = Restore(&mesh);
+  std::vector<int> is_restored(static_cast<size_t>(regions_.count), -1);
+  size_t num_restored = 0;
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    if (before.error[f] == after.error[f]) continue;
+    int& restored = is_restored[static_cast<size_t>(regions_.of_face[f])];
+    if (restored < 0) {
+      restored = summary.terms.error[f] == before.error[f];
+      num_restored += static_cast<size_t>(restored);
+    }
+    const PhotoTerms& expected = restored ? before : after;
+    EXPECT_EQ(summary.terms.error[f], expected.error[f]);
+    EXPECT_EQ(summary.terms.mass[f], expected.mass[f]);
+    EXPECT_EQ(summary.terms.pixels[f], expected.pixels[f]);
+  }
+  EXPECT_EQ(num_restored, summary.num_regions_restored);
+}
+
 TEST_F(GuardedSphere, TakesNothingBackWhereNothingGotWorse) {
   TriangleMesh mesh = truth_;
   // At the limb, regions of which few pixels are seen may go either way.

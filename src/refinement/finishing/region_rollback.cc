@@ -66,6 +66,17 @@ bool IsWorse(const RegionError& before, const RegionError& after) {
   return error > (1 + kRelativeTolerance) * before.error + gain;
 }
 
+// Terms of the faces that return to their input.
+void TakeRestored(const FaceRegions& regions, const std::vector<uint8_t>& is_worse,
+                  const PhotoTerms& before, PhotoTerms* terms) {
+  for (size_t f = 0; f < regions.of_face.size(); ++f) {
+    if (!is_worse[static_cast<size_t>(regions.of_face[f])]) continue;
+    terms->error[f] = before.error[f];
+    terms->mass[f] = before.mass[f];
+    terms->pixels[f] = before.pixels[f];
+  }
+}
+
 // Share of the refinement that each vertex keeps: 0 in the regions to restore, rising to 1 over a
 // few rings.
 std::vector<double> KeptShares(const TriangleMesh& mesh, const FaceRegions& regions,
@@ -101,13 +112,14 @@ RollbackSummary RollBackWorseRegions(const ImageStore& images,
   before.vertices = input;
   before.faces = mesh->faces;
   const auto measure = [&](const TriangleMesh& candidate) {
-    return SumByRegion(
-        regions, EvaluatePhotoTerms(images, views, candidate, {}, pairs, {}, options, context));
+    return EvaluatePhotoTerms(images, views, candidate, {}, pairs, {}, options, context);
   };
-  const std::vector<RegionError> was = measure(before);
-  std::vector<RegionError> is = measure(*mesh);
-  AddGain(*mesh, regions, gain, &is);
+  const PhotoTerms terms_before = measure(before);
   RollbackSummary summary;
+  summary.terms = measure(*mesh);
+  const std::vector<RegionError> was = SumByRegion(regions, terms_before);
+  std::vector<RegionError> is = SumByRegion(regions, summary.terms);
+  AddGain(*mesh, regions, gain, &is);
   summary.input_error = MeanError(was);
   std::vector<uint8_t> is_worse(was.size(), 0);
   for (size_t r = 0; r < was.size(); ++r) {
@@ -123,9 +135,11 @@ RollbackSummary RollBackWorseRegions(const ImageStore& images,
         shares[v] == 0.0 ? input[v]
                          : RoundToFile(input[v] + shares[v] * way, kMaxRoundingPart * way.norm());
   }
-  UndoCollisions(mesh->faces, input, &mesh->vertices, context);
   // Where the restored surface passes through itself, it is left as it was refined.
-  UndoCollisions(mesh->faces, refined, &mesh->vertices, context);
+  if (summary.num_regions_restored > 0) {
+    UndoCollisions(mesh->faces, refined, &mesh->vertices, context);
+  }
+  TakeRestored(regions, is_worse, terms_before, &summary.terms);
   std::vector<RegionError> kept = is;
   for (size_t r = 0; r < kept.size(); ++r) {
     if (is_worse[r]) kept[r] = was[r];

@@ -16,6 +16,9 @@ struct RollbackSummary {
   size_t num_regions_restored = 0;
   // Mean of 1 - ZNCC over the judging pairs: before, and after what got worse was restored.
   double input_error = 0, output_error = 0;
+  // Of the judging pairs, without derivatives: of each face those at its input where its region was
+  // restored, else those of the refined mesh.
+  PhotoTerms terms;
 };
 
 // What a refined surface gained in smoothness, which may outweigh a loss of photo-consistency: an

@@ -30,14 +30,16 @@ constexpr int kFacesPerCluster = 1 << 14;
 // For progress: the part of the work that is left after each evaluation. How many follow is not
 // known, and they get cheaper as regions stop.
 constexpr double kLeftAfterEvaluation = 0.75;
+// Part of the photo term's lumped Gauss-Newton matrix that steps are found with. Sums of rows
+// overrate the curvature of all but constant displacements: with less of it, fewer steps lead as
+// far.
+constexpr double kCurvatureShare = 0.8;
 // What a border may go further than the surface beside it.
 constexpr double kBorderSlackPx = 1.5;
 constexpr double kMaxRoundingPx = 1e-3;
 // A step may turn a face by at most this cosine.
 constexpr double kMinTurnCosine = 0.3;
 constexpr int kFoldPasses = 3;
-// Half the texture leaves this power of a half of the anchor.
-constexpr double kDoubtPower = 4.0;
 
 // State of one region between steps.
 struct RegionState {
@@ -70,6 +72,7 @@ class LevelOptimizer {
   }
 
   RefinementLevelSummary Run() {
+    const std::vector<Eigen::Vector3d> start = mesh_.vertices;
     pixel_size_ = MeanPixelSizes(mesh_, pairs_);
     FindRegionsOfVertices();
     if (options_.deformation == RefinementDeformation::kSequential) {
@@ -93,6 +96,7 @@ class LevelOptimizer {
         if (!Step()) break;
       }
     }
+    summary_.num_collisions_undone = UndoCollisions(mesh_.faces, start, &mesh_.vertices, context_);
     summary_.final_photo_error = MeanPhotoError();
     summary_.num_regions = static_cast<int>(states_.size());
     for (const RegionState& state : states_) summary_.num_stopped_regions += state.frozen;
@@ -193,7 +197,7 @@ class LevelOptimizer {
     }
     for (size_t v = 0; v < masses.size(); ++v) {
       const double doubt = pixels[v] > 0 ? 1 - masses[v] / pixels[v] : 1.0;
-      masses[v] = std::pow(std::clamp(doubt, 0.0, 1.0), kDoubtPower);
+      masses[v] = std::clamp(doubt, 0.0, 1.0);
     }
     return masses;
   }
@@ -256,7 +260,7 @@ class LevelOptimizer {
     std::vector<double> diagonal = smoothness_.HessianDiagonal();
     for (size_t v = 0; v < count; ++v) {
       const double scale = pixel_size_[v];
-      const double curvature = photo_scale_ * terms_.curvature[v] * scale * scale;
+      const double curvature = kCurvatureShare * photo_scale_ * terms_.curvature[v] * scale * scale;
       gradient[v] += photo_scale_ * terms_.gradient[v] * scale;
       const double damping = region_of_vertex_[v] < 0
                                  ? 0.0
@@ -358,10 +362,7 @@ class LevelOptimizer {
     std::vector<RegionState> states = states_;
     SumRegions(terms, SmoothEnergies(trial.vertices, directions), &states);
     const std::vector<uint8_t> rejected = Judge(states, color);
-    const std::vector<Eigen::Vector3d> before = mesh_.vertices;
     Commit(rejected, std::move(trial.vertices), std::move(directions), std::move(terms));
-    summary_.num_collisions_undone +=
-        UndoCollisions(mesh_.faces, before, &mesh_.vertices, context_);
     smoothness_.SetGeometry(mesh_.vertices, directions_, pixel_size_, context_);
     SumRegions(terms_, SmoothEnergies(mesh_.vertices, directions_), &states_);
     UpdateActivity();
@@ -399,10 +400,7 @@ class LevelOptimizer {
         &summary_.energies);
     summary_.num_iterations = static_cast<int>(summary_.energies.size()) - 1;
     StopFolds(&step);
-    const std::vector<Eigen::Vector3d> before = mesh_.vertices;
     mesh_.vertices = Displaced(step);
-    summary_.num_collisions_undone +=
-        UndoCollisions(mesh_.faces, before, &mesh_.vertices, context_);
     directions_ = VertexDirections(mesh_);
     terms_ =
         EvaluatePhotoTerms(images_, views_, mesh_, {}, pairs_, active_, energy_options_, context_);
