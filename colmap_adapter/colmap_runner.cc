@@ -2,19 +2,16 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
-#include <cstring>
-#include <deque>
 #include <fstream>
 #include <sstream>
+
+#include "lsmvs/util/child_process.h"
 
 namespace lsmvs {
 
@@ -26,112 +23,28 @@ constexpr const char* kMissing =
     "the program `colmap` was not found in PATH; install it (Debian: apt-get install colmap) or "
     "set "
     "COLMAP to its path";
-constexpr int kExecFailed = 127;
 constexpr useconds_t kPoll_us = 20000;
-constexpr int kPollsBeforeKill = 100;
-constexpr size_t kQuotedLines = 3;
-constexpr size_t kQuotedLineLength = 200;
 
-bool IsExecutable(const fs::path& path) {
-  return fs::is_regular_file(path) && ::access(path.c_str(), X_OK) == 0;
-}
-
-// As a shell would find it: a name without slash is looked for in PATH. Empty if it is not there.
-fs::path FindExecutable(const std::string& name) {
-  if (name.find('/') != std::string::npos) return IsExecutable(name) ? fs::absolute(name) : "";
-  const char* variable = std::getenv("PATH");
-  std::istringstream folders(variable == nullptr ? "" : variable);
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    const fs::path path = fs::path(folder.empty() ? "." : folder) / name;
-    if (IsExecutable(path)) return path;
-  }
-  return {};
-}
-
-// Runs in the child after fork: only system calls.
-[[noreturn]] void ExecuteInChild(const char* path, char* const* arguments, int output,
-                                 pid_t parent) {
-  ::setpgid(0, 0);
-  // Dies with us, even if we are killed: nothing goes on writing behind the next run's back.
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != parent) ::_exit(kExecFailed);
-  sigset_t none;
-  ::sigemptyset(&none);
-  ::sigprocmask(SIG_SETMASK, &none, nullptr);
-  const int input = ::open("/dev/null", O_RDONLY);
-  ::dup2(input, STDIN_FILENO);
-  ::dup2(output, STDOUT_FILENO);
-  ::dup2(output, STDERR_FILENO);
-  ::execv(path, arguments);
-  const char* reason = std::strerror(errno);
-  if (::write(STDERR_FILENO, reason, std::strlen(reason)) < 0) ::_exit(kExecFailed);
-  ::_exit(kExecFailed);
-}
-
-// Starts the program in a process group of its own, with its output to the descriptor. Throws
-// ExternalToolError.
-pid_t Start(const fs::path& executable, const std::vector<std::string>& arguments, int output) {
-  std::vector<std::string> words = {executable.string()};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> pointers;
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  const pid_t parent = ::getpid();
-  const pid_t child = ::fork();
-  if (child == 0) ExecuteInChild(pointers[0], pointers.data(), output, parent);
-  if (child < 0) {
-    throw ExternalToolError(
-        fmt::format("{}: cannot be started: {}; check memory and process limits",
-                    executable.string(), std::strerror(errno)));
-  }
-  ::setpgid(child, child);
-  return child;
-}
-
-// Asks the group to end, then makes it.
-void Stop(pid_t child) {
-  ::kill(-child, SIGTERM);
-  for (int poll = 0; poll < kPollsBeforeKill; ++poll) {
-    if (::waitpid(child, nullptr, WNOHANG) != 0) break;
-    ::usleep(kPoll_us);
-  }
-  ::kill(-child, SIGKILL);
-  ::waitpid(child, nullptr, 0);
-}
-
-// Waits for the child; its status as of waitpid. `usage` may be null.
-int Wait(pid_t child, const RunContext& context, rusage* usage) {
-  int status = 0;
-  while (true) {
-    const pid_t ended = ::wait4(child, &status, WNOHANG, usage);
-    if (ended == child) return status;
-    if (ended < 0 && errno != EINTR) {
-      throw ExternalToolError(
-          fmt::format("cannot wait for colmap: {}; run again", std::strerror(errno)));
+// Starts the program with its output to the descriptor, and waits for its end; its status as of
+// waitpid. `usage` may be null. Throws ExternalToolError.
+int RunToEnd(const fs::path& executable, const std::vector<std::string>& arguments, int output,
+             const RunContext& context, rusage* usage) {
+  try {
+    ChildProcess child(executable, arguments, output, WhenWeEnd::kEnds);
+    while (true) {
+      const std::optional<int> status = child.Poll(usage);
+      if (status) return *status;
+      if (context.Cancelled()) {
+        child.Stop();
+        throw CancelledError();
+      }
+      ::usleep(kPoll_us);
     }
-    if (context.Cancelled()) {
-      Stop(child);
-      throw CancelledError();
-    }
-    ::usleep(kPoll_us);
+  } catch (const CancelledError&) {
+    throw;
+  } catch (const Error& error) {
+    throw ExternalToolError(error.what());
   }
-}
-
-// The last lines of a log that say something, in one line.
-std::string LastLines(const fs::path& path) {
-  std::ifstream file(path);
-  std::deque<std::string> lines;
-  for (std::string line; std::getline(file, line);) {
-    if (line.find_first_not_of(" \t\r=") == std::string::npos) continue;
-    lines.push_back(line.substr(0, kQuotedLineLength));
-    if (lines.size() > kQuotedLines) lines.pop_front();
-  }
-  return fmt::format("{}", fmt::join(lines, " | "));
-}
-
-std::string DescribeStatus(int status) {
-  if (WIFSIGNALED(status)) return fmt::format("was ended by signal {}", WTERMSIG(status));
-  return fmt::format("failed with code {}", WEXITSTATUS(status));
 }
 
 int OpenLog(const fs::path& path) {
@@ -141,10 +54,6 @@ int OpenLog(const fs::path& path) {
   if (descriptor < 0) throw FileSystemError(path.string(), "create the log", errno);
   return descriptor;
 }
-
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
 
 }  // namespace
 
@@ -159,12 +68,9 @@ ColmapRunner::ColmapRunner(fs::path executable)
 const std::string& ColmapRunner::Banner() const {
   if (banner_) return *banner_;
   banner_ = "";
-  const std::unique_ptr<std::FILE, CloseFile> output(std::tmpfile());
-  if (!available() || !output) return *banner_;
-  Wait(Start(executable_, {"-h"}, ::fileno(output.get())), RunContext(1), nullptr);
-  std::rewind(output.get());
-  char text[4096];
-  banner_->assign(text, std::fread(text, 1, sizeof text, output.get()));
+  if (!available()) return *banner_;
+  constexpr size_t kMaxBanner = 4096;
+  banner_ = RunAndRead(executable_, {"-h"}).text.substr(0, kMaxBanner);
   return *banner_;
 }
 
@@ -195,16 +101,17 @@ ToolUsage ColmapRunner::Run(const std::vector<std::string>& arguments, const fs:
   int status = 0;
   rusage used{};
   try {
-    status = Wait(Start(executable_, arguments, log), context, &used);
+    status = RunToEnd(executable_, arguments, log, context, &used);
   } catch (...) {
     ::close(log);
     throw;
   }
   ::close(log);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+  if (!HasSucceeded(status)) {
+    std::ifstream text(log_path);
     throw ExternalToolError(
         fmt::format("colmap {} {}: {}; see {}", arguments.empty() ? "" : arguments.front(),
-                    DescribeStatus(status), LastLines(log_path), log_path.string()));
+                    DescribeStatus(status), LastLines(text), log_path.string()));
   }
   ToolUsage usage;
   usage.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -214,13 +121,8 @@ ToolUsage ColmapRunner::Run(const std::vector<std::string>& arguments, const fs:
 }
 
 bool ColmapRunner::HasCommand(const std::string& name) const {
-  const std::unique_ptr<std::FILE, CloseFile> output(std::tmpfile());
-  if (!available() || !output) return false;
-  Wait(Start(executable_, {"help"}, ::fileno(output.get())), RunContext(1), nullptr);
-  std::rewind(output.get());
-  std::string text(size_t{1} << 16, '\0');
-  text.resize(std::fread(text.data(), 1, text.size(), output.get()));
-  std::istringstream words(text);
+  if (!available()) return false;
+  std::istringstream words(RunAndRead(executable_, {"help"}).text);
   for (std::string word; words >> word;) {
     if (word == name) return true;
   }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "lsmvs/colmap_adapter/files/binary_reader.h"
+#include "lsmvs/colmap_adapter/files/compact_map.h"
 #include "lsmvs/scene/depth_normals.h"
 #include "lsmvs/scene/packed_depth_map.h"
 #include "lsmvs/util/atomic_file.h"
@@ -71,6 +72,7 @@ MapHeader ReadHeader(int channels, internal::BinaryReader* reader) {
 }
 
 Raster<float> ReadDepths(const fs::path& path) {
+  if (internal::IsCompactMap(path)) return internal::ReadCompactDepths(path, kRemedy);
   internal::BinaryReader reader(path, kRemedy);
   const MapHeader header = ReadHeader(1, &reader);
   Raster<float> depths(header.width, header.height);
@@ -90,6 +92,7 @@ Eigen::Vector3f CleanNormal(const Eigen::Vector3f& normal) {
 }
 
 Raster<Eigen::Vector3f> ReadNormals(const fs::path& path) {
+  if (internal::IsCompactMap(path)) return internal::ReadCompactNormals(path, kRemedy);
   internal::BinaryReader reader(path, kRemedy);
   const MapHeader header = ReadHeader(kNormalChannels, &reader);
   Raster<Eigen::Vector3f> normals(header.width, header.height);
@@ -171,6 +174,10 @@ void MoveSamplesToPixelCenters(const PinholeCamera& full_size_camera, DepthMap* 
 
 std::optional<Eigen::Vector2i> CompleteMapSize(const fs::path& path, int channels) {
   if (!fs::is_regular_file(path)) return std::nullopt;
+  if (internal::IsCompactMap(path)) {
+    return internal::CompactMapSize(
+        path, channels == 1 ? internal::MapKind::kDepth : internal::MapKind::kNormal);
+  }
   try {
     internal::BinaryReader reader(path, kRemedy);
     const MapHeader header = ReadHeader(channels, &reader);
@@ -212,13 +219,34 @@ DepthMap ReadDepthMap(const DenseWorkspace& workspace, const View& view, DepthMa
 }
 
 void WriteDepthMap(const DenseWorkspace& workspace, const View& view, DepthMapKind type,
-                   const DepthMap& map) {
+                   const DepthMap& map, MapFormat format) {
   LSMVS_CHECK_EQ(map.normal.width, map.depth.width);
   LSMVS_CHECK_EQ(map.normal.height, map.depth.height);
   DepthMap moved = map;
+  if (format == MapFormat::kCompact) {
+    // Samples are moved along the planes that reading will move them back along.
+    for (Eigen::Vector3f& normal : moved.normal.pixels) normal = internal::RoundNormal(normal);
+  }
   MoveSamplesToPixelCorners(view.camera, &moved);
-  WriteNormals(workspace.NormalMapPath(view.name, type), moved.normal);
-  WriteDepths(workspace.DepthMapPath(view.name, type), moved.depth);
+  const fs::path depth_path = workspace.DepthMapPath(view.name, type);
+  const fs::path normal_path = workspace.NormalMapPath(view.name, type);
+  if (format == MapFormat::kCompact) {
+    internal::WriteCompactNormals(normal_path, moved.normal);
+    internal::WriteCompactDepths(depth_path, moved.depth);
+  } else {
+    WriteNormals(normal_path, moved.normal);
+    WriteDepths(depth_path, moved.depth);
+  }
+}
+
+bool ConvertDepthMap(const DenseWorkspace& from, const View& view, DepthMapKind type,
+                     MapFormat format, const DenseWorkspace& to) {
+  const fs::path source = from.DepthMapPath(view.name, type);
+  if (!fs::exists(source)) return false;
+  const bool is_compact = internal::IsCompactMap(source);
+  if (is_compact == (format == MapFormat::kCompact) && from.folder == to.folder) return false;
+  WriteDepthMap(to, view, type, ReadDepthMap(from, view, type), format);
+  return true;
 }
 
 namespace {

@@ -24,6 +24,13 @@ namespace lsmvs {
 // That reads every map as COLMAP's own fusion does, and corrects nothing in maps that its
 // patch_match_stereo made.
 
+// The formats that maps are written in. Both have the same names; which one a file has is seen from
+// its beginning.
+//   kColmap   COLMAP's: floats, 4 bytes per pixel for depth, 12 for the normal
+//   kCompact  ours, about 2 bytes per pixel for both (see files/compact_map.h): the depth within
+//             log(largest / smallest depth) / 131068 of itself, the normal within half a degree
+enum class MapFormat { kColmap, kCompact };
+
 // Width x height of the map, or nothing if it is missing or not complete (a killed run leaves
 // cut-off files). Reads the header only and compares with the file's size.
 std::optional<Eigen::Vector2i> CompleteMapSize(const std::filesystem::path& path, int channels);
@@ -40,7 +47,12 @@ DepthMap ReadDepthMap(const DenseWorkspace& workspace, const View& view, DepthMa
 
 // Writes both maps, atomically, the depth map last. Throws FileSystemError.
 void WriteDepthMap(const DenseWorkspace& workspace, const View& view, DepthMapKind type,
-                   const DepthMap& map);
+                   const DepthMap& map, MapFormat format = MapFormat::kColmap);
+
+// Writes the maps of a view in `to` in another format; `from` may be the same folder. False if they
+// have it already, or are not there. Throws InputError and FileSystemError.
+bool ConvertDepthMap(const DenseWorkspace& from, const View& view, DepthMapKind type,
+                     MapFormat format, const DenseWorkspace& to);
 
 // The maps of a workspace, read when they are asked for; keeps the most recently used ones, packed,
 // up to `budget_bytes`, and gives them as PackedDepthMap keeps them. Views without complete maps

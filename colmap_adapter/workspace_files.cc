@@ -59,11 +59,13 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
   }
 
   void WriteDepthMap(const View& view, DepthMapKind kind, const DepthMap& map,
-                     const std::vector<fs::path>& outputs) const override {
+                     MapPrecision precision, const std::vector<fs::path>& outputs) const override {
     const fs::path relative =
         workspace_.DepthMapPath(view.name, kind).lexically_relative(workspace_.folder);
     const DenseWorkspace staged{FolderOf(outputs.at(0), relative)};
-    lsmvs::WriteDepthMap(staged, view, kind, map);
+    const MapFormat format =
+        precision == MapPrecision::kExact ? MapFormat::kColmap : MapFormat::kCompact;
+    lsmvs::WriteDepthMap(staged, view, kind, map, format);
   }
 
   std::unique_ptr<DepthMapSource> OpenDepthMaps(const Scene& scene, DepthMapKind kind,

@@ -24,6 +24,7 @@ build_packages=(
   libnanoflann-dev   # nearest neighbours
   libmeshoptimizer-dev # compresses GLB files
   libstb-dev         # packs charts on texture pages
+  libzstd-dev        # packs compact depth maps
   zlib1g-dev         # packs the comparison page's meshes
   colmap             # undistorts, makes sparse models
 )
@@ -32,6 +33,7 @@ test_packages=(
   libboost-graph-dev # reference minimum cut
   clang clang-format clang-tidy
   python3 python3-venv
+  slurm-wlm munge parallel # runs on several machines
   chromium           # looks at the comparison page
 )
 

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "lsmvs/cli/progress_display.h"
+#include "lsmvs/execution/engine.h"
+#include "lsmvs/execution/job_order.h"
 #include "lsmvs/util/option_set.h"
 #include "lsmvs/util/run_context.h"
 
@@ -22,13 +26,25 @@ struct CommandInfo {
   // Options of COLMAP's counterpart that have no meaning here: taken with a value, and with one
   // warning, so that people's scripts run.
   std::vector<std::string> without_meaning = {};
+  bool is_internal = false;  // called by our own programs: not in the list of commands
+};
+
+// A job of a run on many machines, which repeats the command that started the run.
+struct CommandJob {
+  std::filesystem::path root;  // of the run
+  JobNumber number;
 };
 
 // What a command runs with.
 struct CommandContext {
-  RunContext run;            // threads, seed, memory budget, cancel; progress goes to `display`
-  ProgressDisplay* display;  // Begin() a phase, let run.Report() move it, End() it
-  size_t process_bytes = 0;  // that the process took when `run` got its memory budget
+  RunContext run;             // threads, seed, memory budget, cancel; progress goes to `display`
+  ProgressDisplay* display;   // Begin() a phase, let run.Report() move it, End() it
+  size_t process_bytes = 0;   // that the process took when `run` got its memory budget
+  DriverCommand driver = {};  // this command, for jobs to repeat
+  // Whether the user said how many threads and how much memory.
+  bool has_num_threads = false, has_max_memory = false;
+  // Set in a job: only its tasks are run.
+  std::optional<CommandJob> job = {};
 };
 
 // A command of `lsmvs`: one file under commands/ that derives from this, and one line in

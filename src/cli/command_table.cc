@@ -12,6 +12,8 @@ const std::vector<CommandFactory>& CommandTable() {
       MakeMeshSimplifier,      MakeMeshEvaluator,
       MakeMeshRenderer,        MakeMeshComparer,
       MakeMeshExporter,        MakeMeshMerger,
+      MakeMapConverter,        MakeRunStatusCommand,
+      MakeRunTaskCommand,
   };
   return table;
 }

@@ -133,7 +133,7 @@ std::string ExitCodeHelp() {
          "for the results\n"
          "  5    the work does not fit into the memory\n"
          "  6    a file that this program did not make is in the way; --overwrite replaces it\n"
-         "  7    the `colmap` executable is missing or failed\n"
+         "  7    the `colmap` executable or the job system (--engine) is missing or failed\n"
          "  130  stopped by Ctrl-C or SIGTERM; finished work is kept and the next run goes on from "
          "there\n";
 }
@@ -199,7 +199,7 @@ std::string OverviewHelp(const std::vector<CommandFactory>& commands) {
       "Commands:\n";
   for (const CommandFactory& make : commands) {
     const CommandInfo info = make()->Info();
-    text += fmt::format("  {:<22} {}\n", info.name, info.summary);
+    if (!info.is_internal) text += fmt::format("  {:<22} {}\n", info.name, info.summary);
   }
   return text + ExitCodeHelp();
 }

@@ -45,13 +45,27 @@ std::string ScratchLine(const PlannedStage& stage) {
                      FormatBytes(stage.scratch_bytes));
 }
 
+// How a stage is divided into jobs.
+std::string JobLine(const PlannedStage& stage, const PlanHeader& header) {
+  const auto found = header.divisions.find(stage.name);
+  if (found == header.divisions.end()) return "";
+  const StageDivision& division = found->second;
+  const std::string needs = fmt::format("{} {} and {}", division.num_threads,
+                                        division.num_threads == 1 ? "thread" : "threads",
+                                        FormatBytes(division.memory_bytes));
+  if (division.num_jobs == 1) {
+    return fmt::format("  {:<20} a single job, not divided: {}\n", "", needs);
+  }
+  return fmt::format("  {:<20} {} jobs of about {}, {} at once: {} each\n", "", division.num_jobs,
+                     FormatSeconds(division.job_seconds), division.jobs_at_once, needs);
+}
+
 std::string StageLine(const PlannedStage& stage, const PlanHeader& header) {
   if (stage.num_run == 0) return fmt::format("  {:<20} {}\n", stage.name, WorkText(stage));
-  return Row(stage.name, WorkText(stage),
-             FormatSeconds(stage.cost.cpu_seconds / header.num_threads),
+  return Row(stage.name, WorkText(stage), FormatSeconds(PlannedSecondsOf(header, stage)),
              FormatBytes(header.process_bytes + stage.cost.peak_bytes),
              FormatBytes(stage.output_bytes)) +
-         ScratchLine(stage);
+         JobLine(stage, header) + ScratchLine(stage);
 }
 
 const PlannedStage* HungriestStage(const RunPlan& plan) {
@@ -109,6 +123,19 @@ std::string StateText(TaskState state) {
 
 }  // namespace
 
+double PlannedSecondsOf(const PlanHeader& header, const PlannedStage& stage) {
+  const auto found = header.divisions.find(stage.name);
+  if (found == header.divisions.end()) return stage.cost.cpu_seconds / header.num_threads;
+  const StageDivision& division = found->second;
+  return stage.cost.cpu_seconds / division.num_threads / static_cast<double>(division.jobs_at_once);
+}
+
+double PlannedSecondsOf(const PlanHeader& header, const RunPlan& plan) {
+  double seconds = 0;
+  for (const PlannedStage& stage : plan.stages) seconds += PlannedSecondsOf(header, stage);
+  return seconds;
+}
+
 std::string PlanText(const PlanHeader& header, const RunPlan& plan) {
   std::string text =
       fmt::format("{}\n  {} views, {:.1f} megapixels, {} sparse points; {} threads, {} of memory\n",
@@ -124,7 +151,7 @@ std::string PlanText(const PlanHeader& header, const RunPlan& plan) {
   }
   const CostEstimate cost = plan.Cost();
   return text + Row("all (estimated)", "with the machine to itself",
-                    FormatSeconds(cost.cpu_seconds / header.num_threads),
+                    FormatSeconds(PlannedSecondsOf(header, plan)),
                     FormatBytes(header.process_bytes + cost.peak_bytes),
                     FormatBytes(plan.peak_disk_bytes));
 }
@@ -182,11 +209,18 @@ void CheckPlanFitsDisk(const PlanHeader& header, const RunPlan& plan, uint64_t f
   if (plan.peak_disk_bytes <= free_bytes) return;
   const int size = SizeThatFits(image_size, static_cast<double>(plan.peak_disk_bytes),
                                 static_cast<double>(free_bytes));
-  throw Error(ExitCode::kFileSystem,
-              fmt::format("{}: the results need about {} of disk, but {} are free; make room, {}, "
-                          "or give --ignore_disk_space 1 to start nevertheless",
-                          header.workspace, FormatBytes(plan.peak_disk_bytes),
-                          FormatBytes(free_bytes), SizeAdvice(size)));
+  const bool has_maps = std::any_of(plan.stages.begin(), plan.stages.end(), [](const auto& stage) {
+    return stage.num_run > 0 && stage.name == kStereoStage;
+  });
+  throw Error(
+      ExitCode::kFileSystem,
+      fmt::format("{}: the results need about {} of disk, but {} are free; make room, {}{}, "
+                  "or give --ignore_disk_space 1 to start nevertheless",
+                  header.workspace, FormatBytes(plan.peak_disk_bytes), FormatBytes(free_bytes),
+                  has_maps && !header.has_compact_maps
+                      ? "give --map_format compact, with which depth maps take an eighth, "
+                      : "",
+                  SizeAdvice(size)));
 }
 
 void CheckScratchFits(const PlanHeader& header, const RunPlan& plan,

@@ -3,10 +3,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "lsmvs/execution/engine.h"
 #include "lsmvs/execution/run_plan.h"
 #include "lsmvs/execution/run_tasks.h"
 #include "lsmvs/execution/task.h"
@@ -24,8 +26,15 @@ struct PlanHeader {
   int num_threads = 1;
   size_t process_bytes = 0;         // that the process takes before the first stage
   size_t memory_allowed_bytes = 0;  // for the process as a whole
-  std::vector<std::string> notes;   // lines below the head: what the user should know beforehand
+  bool has_compact_maps = false;    // that it writes
+  // Stages that are done by jobs, by name.
+  std::map<std::string, StageDivision> divisions = {};
+  std::vector<std::string> notes;  // lines below the head: what the user should know beforehand
 };
+
+// Wall time of a stage, and of all, on machines that have nothing else to do.
+double PlannedSecondsOf(const PlanHeader& header, const PlannedStage& stage);
+double PlannedSecondsOf(const PlanHeader& header, const RunPlan& plan);
 
 // The table that is printed before a run: what each stage has to do and why, its time on an idle
 // machine, the memory of the process at its highest, and what it writes to the disk.

@@ -4,6 +4,7 @@
 #include <glog/logging.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <new>
 #include <opencv2/core.hpp>
@@ -87,12 +88,24 @@ void WarnOfMeaningless(const std::set<std::string>& names) {
                               names.size() == 1 ? "has" : "have", names.size() == 1 ? "is" : "are");
 }
 
-void RunWithOptions(const CommonOptions& common, Command* command) {
+// Path of the program that runs jobs, which lies beside this one.
+std::string JobProgram() {
+  std::error_code error;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+  return (error ? std::filesystem::path("lsmvs") : self.parent_path() / "lsmvs").string();
+}
+
+void RunWithOptions(const CommonOptions& common, const std::vector<std::string>& arguments,
+                    const std::optional<CommandJob>& job, Command* command) {
   const std::atomic<bool>* cancel = InstallSignalHandlers();
   ProgressDisplay display;
   const size_t process_bytes = ResidentBytes();
   CommandContext context{common.MakeRunContext(cancel), &display, process_bytes};
   context.run.set_progress(&display);
+  context.driver = {JobProgram(), command->Info().name, arguments};
+  context.has_num_threads = common.num_threads >= 0;
+  context.has_max_memory = !common.max_memory.empty();
+  context.job = job;
   try {
     command->Run(context);
   } catch (...) {
@@ -102,7 +115,8 @@ void RunWithOptions(const CommonOptions& common, Command* command) {
 }
 
 void ParseAndRun(const std::string& program, Command* command,
-                 const std::vector<std::string>& arguments) {
+                 const std::vector<std::string>& arguments,
+                 const std::optional<CommandJob>& job = std::nullopt) {
   CommonOptions common;
   OptionSet own_options, common_options, all_options;
   command->Describe(&own_options);
@@ -132,7 +146,7 @@ void ParseAndRun(const std::string& program, Command* command,
   WarnOfIgnored(ignored);
   WarnOfMeaningless(line.without_meaning);
   CheckAll(info, all_options);
-  RunWithOptions(common, command);
+  RunWithOptions(common, arguments, job, command);
 }
 
 [[noreturn]] void ThrowUnknownCommand(const std::string& name,
@@ -151,6 +165,11 @@ int RunCommand(const std::string& program, Command* command,
                const std::vector<std::string>& arguments) {
   ReturnLargeBlocksWhenFreed();
   return Guarded([&] { ParseAndRun(program, command, arguments); });
+}
+
+void RunCommandForJob(Command* command, const std::vector<std::string>& arguments,
+                      const CommandJob& job) {
+  ParseAndRun(command->Info().name, command, arguments, job);
 }
 
 int RunCommandTable(const std::vector<CommandFactory>& commands,

@@ -15,6 +15,10 @@ namespace lsmvs {
 int RunCommand(const std::string& program, Command* command,
                const std::vector<std::string>& arguments);
 
+// Runs the command for the tasks of a job only. Throws what it throws.
+void RunCommandForJob(Command* command, const std::vector<std::string>& arguments,
+                      const CommandJob& job);
+
 // `lsmvs COMMAND ...`: finds the command in the table.
 int RunCommandTable(const std::vector<CommandFactory>& commands,
                     const std::vector<std::string>& arguments);

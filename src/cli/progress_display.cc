@@ -112,6 +112,13 @@ void ProgressDisplay::ClearBar() {
   bar_drawn_ = false;
 }
 
+void ProgressDisplay::Note(const std::string& note) {
+  const std::lock_guard lock(mutex_);
+  ClearBar();
+  fmt::print(stream_, "{}\n", note);
+  std::fflush(stream_);
+}
+
 void ProgressDisplay::End(const std::string& note) {
   const std::lock_guard lock(mutex_);
   if (!active_) return;

@@ -32,6 +32,8 @@ class ProgressDisplay : public ProgressSink {
   // needed no work (resumed), so that the time left is reckoned from the rest.
   void Begin(const std::string& title, double done_before = 0, PlannedSeconds planned = {});
   void Report(double fraction) override;
+  // Prints a line, between what is shown of the progress.
+  void Note(const std::string& note);
   // Ends the phase and says how long it took; `note` follows ("2.3 M points").
   void End(const std::string& note = "");
   // Ends the phase without a word of success (an error follows).

@@ -9,6 +9,7 @@
 #include "lsmvs/cli/common_options.h"
 #include "lsmvs/cli/help_text.h"
 #include "lsmvs/cli/plan_text.h"
+#include "lsmvs/cli/run_engine.h"
 #include "lsmvs/colmap_adapter/cloud_inputs.h"
 #include "lsmvs/colmap_adapter/joined_models.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
@@ -26,13 +27,11 @@ namespace {
 // Shows the stages of a run.
 class ConsoleObserver : public RunObserver {
  public:
-  ConsoleObserver(const RunPlan& plan, int num_threads, ProgressDisplay* display)
-      : num_threads_(num_threads),
-        seconds_to_come_(plan.Cost().cpu_seconds / num_threads),
-        display_(display) {}
+  ConsoleObserver(const RunPlan& plan, const PlanHeader& header, ProgressDisplay* display)
+      : header_(header), seconds_to_come_(PlannedSecondsOf(header, plan)), display_(display) {}
 
   void OnStageBegin(const PlannedStage& stage, double fraction_done) override {
-    const double seconds = stage.cost.cpu_seconds / num_threads_;
+    const double seconds = PlannedSecondsOf(header_, stage);
     seconds_to_come_ -= seconds;
     display_->Begin(stage.name, fraction_done, {seconds, seconds_to_come_});
   }
@@ -42,9 +41,11 @@ class ConsoleObserver : public RunObserver {
     note += fmt::format("{} of memory", FormatBytes(summary.peak_bytes));
     display_->End(note);
   }
+  void OnNote(const std::string& note) override { display_->Note(note); }
+  bool KeepJobs(size_t num_jobs) override { return AskToKeepJobs(num_jobs); }
 
  private:
-  int num_threads_;
+  const PlanHeader& header_;
   double seconds_to_come_;  // of the stages that have not begun, by the plan
   ProgressDisplay* display_;
 };
@@ -69,6 +70,7 @@ PlanHeader MakeHeader(const DenseWorkspace& workspace, const Reconstruction& rec
   header.num_pixels = NumPixels(reconstruction);
   header.num_points = reconstruction.scene.points.size();
   header.num_threads = context.run.num_threads();
+  header.has_compact_maps = reconstruction.options.map_precision == MapPrecision::kCompact;
   header.process_bytes = process_bytes;
   header.memory_allowed_bytes = AllowedBytes(context);
   const bool matches = std::any_of(plan.stages.begin(), plan.stages.end(), [](const auto& stage) {
@@ -141,7 +143,8 @@ bool Matches(const RunPlan& plan) {
 
 ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const StageOptions& stage,
                                      const ReconstructionOptions& options,
-                                     const CommandContext& context, PhotoUse photos) {
+                                     const CommandContext& own_context, PhotoUse photos) {
+  const CommandContext context = FindResources(stage.engine, own_context).context;
   LoadSceneOptions load;
   load.mask_folder = stage.mask_path;
   load.alpha_is_mask = stage.alpha_is_mask;
@@ -173,14 +176,30 @@ ReconstructionPtr OpenJoinedReconstruction(const DenseWorkspace& output,
                             seeded, context.run);
 }
 
+bool IsWanted(const DenseWorkspace& workspace, const CommandContext& context) {
+  if (!context.job) return true;
+  std::error_code ignored;
+  return std::filesystem::equivalent(workspace.folder, context.job->root, ignored);
+}
+
 void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
-                std::vector<Task> tasks, const StageOptions& stage, const CommandContext& context) {
+                std::vector<Task> tasks, const StageOptions& stage,
+                const CommandContext& own_context) {
+  if (own_context.job) {
+    RunJob(workspace.folder, own_context.job->number, tasks, own_context.run);
+    return;
+  }
+  const RunResources resources = FindResources(stage.engine, own_context);
+  const CommandContext& context = resources.context;
   RunStore store(workspace.folder, VersionLine());
   const size_t process_bytes = ProcessBytes();
+  const std::unique_ptr<Engine> engine =
+      MakeEngine(workspace.folder, stage.engine, resources, process_bytes);
   const PlanOptions options = MakePlanOptions(workspace, stage, process_bytes, context);
   RunPlan plan = PlanRun(tasks, options, &store);
   if (MeasureCosts(plan, &tasks)) plan = PlanRun(tasks, options, &store);
-  const PlanHeader header = MakeHeader(workspace, reconstruction, plan, process_bytes, context);
+  PlanHeader header = MakeHeader(workspace, reconstruction, plan, process_bytes, context);
+  header.divisions = DivideStages(*engine, tasks, plan);
   Print(PhotoNotes(reconstruction) + PlanText(header, plan));
   CheckPlanFits(header, plan, LongestSide(reconstruction));
   if (!stage.ignore_disk_space) {
@@ -189,8 +208,8 @@ void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstru
     CheckScratchFits(header, plan, disk);
   }
   if (Matches(plan)) CheckContrast(reconstruction.scene, *reconstruction.images, context.run);
-  ConsoleObserver observer(plan, context.run.num_threads(), context.display);
-  RunTasks(tasks, plan, &store, &observer, context.run);
+  ConsoleObserver observer(plan, header, context.display);
+  RunTasks(tasks, plan, &store, &observer, context.run, engine.get());
   Print("results\n" + ResultText(tasks, plan));
 }
 

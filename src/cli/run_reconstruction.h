@@ -33,8 +33,11 @@ ReconstructionPtr OpenJoinedReconstruction(const DenseWorkspace& output,
                                            const ReconstructionOptions& options,
                                            const CommandContext& context, PhotoUse photos);
 
-// Prints the plan, refuses it if it does not fit the memory or the disk, runs it with progress, and
-// prints what is there now.
+// Whether there is something to do in the workspace: in a job, if it is the job's.
+bool IsWanted(const DenseWorkspace& workspace, const CommandContext& context);
+
+// In a job runs its tasks. Else prints the plan, refuses it if it does not fit the memory or the
+// disk, runs it with progress, and prints what is there now.
 void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
                 std::vector<Task> tasks, const StageOptions& stage, const CommandContext& context);
 

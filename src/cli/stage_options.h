@@ -4,6 +4,7 @@
 #include <string>
 
 #include "lsmvs/colmap_adapter/dense_workspace.h"
+#include "lsmvs/execution/engine.h"
 #include "lsmvs/execution/task.h"
 #include "lsmvs/pipeline/reconstruction_options.h"
 #include "lsmvs/util/option_set.h"
@@ -30,6 +31,8 @@ struct StageOptions {
   std::string scratch_path;
   int num_parts = 1;
   bool keep_photometric_maps = true;
+  MapPrecision map_precision = MapPrecision::kExact;
+  EngineOptions engine;
 
   void DescribeWorkspace(OptionSet* options);
   void DescribeMaskPath(OptionSet* options);
@@ -41,15 +44,15 @@ struct StageOptions {
   void DescribeBoundingBox(OptionSet* options);
   // `name`: COLMAP's, with the stage's group.
   void DescribeMaxImageSize(const std::string& name, OptionSet* options);
-  // How results are written: overwrite, ignore_disk_space.
-  void DescribeOverwrite(OptionSet* options);
+  // How the run is done: overwrite, ignore_disk_space, engine and its options.
+  void DescribeRun(OptionSet* options);
 
   // Where and how stages work on disk that do not fit into memory: scratch_path, num_parts.
   void DescribeScratch(OptionSet* options);
   // What stages that work on a mesh with photos share: photos, how results are written, scratch.
   void DescribeMeshStage(OptionSet* options);
-  // `keep`: the default.
-  void DescribePhotometricMaps(bool keep, OptionSet* options);
+  // How depth maps are kept: keep_photometric_maps, of which `keep` is the default, and map_format.
+  void DescribeMaps(bool keep, OptionSet* options);
 
   // Puts what concerns all stages into their options.
   void Apply(ReconstructionOptions* options) const;

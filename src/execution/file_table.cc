@@ -36,11 +36,23 @@ FileTable::FileTable(std::filesystem::path root) : root_(Canonical(root)) {}
 
 std::string FileTable::Key(const std::filesystem::path& path) const {
   // The file itself may be a link: only its folder is resolved.
-  const std::filesystem::path absolute = std::filesystem::absolute(path);
-  const std::filesystem::path whole = Canonical(absolute.parent_path()) / absolute.filename();
+  const std::filesystem::path absolute =
+      path.is_absolute() ? path : std::filesystem::absolute(path);
+  const std::string& folder = FolderKey(absolute.parent_path());
+  const std::string name = absolute.filename().generic_string();
+  return folder.empty() ? name : (std::filesystem::path(folder) / name).generic_string();
+}
+
+// Following links takes a look at each folder of the path: once.
+const std::string& FileTable::FolderKey(const std::filesystem::path& folder) const {
+  const auto [entry, is_new] = folder_keys_.try_emplace(folder.native());
+  if (!is_new) return entry->second;
+  const std::filesystem::path whole = Canonical(folder);
   const std::filesystem::path relative = whole.lexically_relative(root_);
   const bool below = !relative.empty() && *relative.begin() != "..";
-  return (below ? relative : whole).generic_string();
+  if (!below) return entry->second = whole.generic_string();
+  if (relative != ".") entry->second = relative.generic_string();
+  return entry->second;
 }
 
 std::filesystem::path FileTable::PathOfKey(const std::string& key) const { return root_ / key; }

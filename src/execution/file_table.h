@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <unordered_map>
 
 namespace lsmvs {
 
@@ -53,7 +54,11 @@ class FileTable {
   const std::map<std::string, Entry>& entries() const { return entries_; }
 
  private:
+  const std::string& FolderKey(const std::filesystem::path& folder) const;
+
   std::filesystem::path root_;
+  // Of folders that were asked for: relative to the root, empty for itself, or absolute.
+  mutable std::unordered_map<std::string, std::string> folder_keys_;
   std::map<std::string, Entry> entries_;
 };
 

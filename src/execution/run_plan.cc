@@ -350,8 +350,8 @@ std::string HashInputs(const Task& task, FileTable* files) {
   return hasher.HexDigest();
 }
 
-void CheckReplaceable(const fs::path& output, RunStore* store) {
-  if (fs::exists(output) && store->files().MadeBy(output).empty()) ThrowConflict(output.string());
+void CheckReplaceable(const fs::path& output, FileTable* files) {
+  if (fs::exists(output) && files->MadeBy(output).empty()) ThrowConflict(output.string());
 }
 
 std::string ReasonToRun(const Task& task, RunStore* store) {

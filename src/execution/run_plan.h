@@ -84,7 +84,7 @@ bool MeasureCosts(const RunPlan& plan, std::vector<Task>* tasks);
 std::string HashInputs(const Task& task, FileTable* files);
 
 // Throws Error(kOverwrite) if a file is there that is not ours.
-void CheckReplaceable(const std::filesystem::path& output, RunStore* store);
+void CheckReplaceable(const std::filesystem::path& output, FileTable* files);
 
 // Why the task has to run, all its inputs being there; empty if it is up to date.
 std::string ReasonToRun(const Task& task, RunStore* store);

@@ -162,6 +162,14 @@ void FromJson(const Json& json, RunRecord* record) {
 
 }  // namespace
 
+std::string ToText(const PublishingRecord& publishing) {
+  return ToJson(publishing).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+PublishingRecord PublishingFromText(const std::string& text) {
+  return PublishingFromJson(Json::parse(text));
+}
+
 RunRecord ReadRunRecord(const std::filesystem::path& path, const std::filesystem::path& root) {
   RunRecord record(root);
   if (!std::filesystem::exists(path)) return record;

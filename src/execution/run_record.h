@@ -33,6 +33,10 @@ struct PublishingRecord {
   std::vector<FileTable::Entry> files;  // one for each of task.outputs
 };
 
+// As one line of JSON and back. Throws std::exception for anything else.
+std::string ToText(const PublishingRecord& publishing);
+PublishingRecord PublishingFromText(const std::string& text);
+
 // The content of run.json.
 struct RunRecord {
   std::string program;  // name and version of the program that wrote it

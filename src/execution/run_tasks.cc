@@ -1,184 +1,22 @@
 #include "lsmvs/execution/run_tasks.h"
 
-#include <fmt/chrono.h>
-#include <glog/logging.h>
-#include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <mutex>
 
+#include "lsmvs/execution/engine.h"
+#include "lsmvs/execution/run_status.h"
+#include "lsmvs/execution/tasks/task_runner.h"
 #include "lsmvs/util/check.h"
-#include "lsmvs/util/error.h"
-#include "lsmvs/util/hash.h"
-#include "lsmvs/util/memory.h"
-#include "lsmvs/util/scratch_memory.h"
 
 namespace lsmvs {
 
 namespace {
 
-namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
-
-double SecondsSince(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-double CpuSeconds() {
-  rusage usage = {};
-  ::getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-std::string Now() {
-  const std::time_t now = std::time(nullptr);
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now));
-}
-
-// Removes what a task has staged, unless it was published.
-class StagingGuard {
- public:
-  StagingGuard(const Task& task, const RunStore& store) : outputs_(task.outputs), store_(store) {
-    store_.PrepareStaging(outputs_);
-  }
-  ~StagingGuard() { store_.DropStaging(outputs_); }
-  StagingGuard(const StagingGuard&) = delete;
-  StagingGuard& operator=(const StagingGuard&) = delete;
-
-  // Where to write it.
-  std::filesystem::path Add(const std::filesystem::path& output) {
-    outputs_.push_back(output);
-    store_.PrepareStaging({&outputs_.back(), 1});
-    return store_.StagedPath(output);
-  }
-  const std::vector<std::filesystem::path>& outputs() const { return outputs_; }
-
- private:
-  std::vector<std::filesystem::path> outputs_;
-  const RunStore& store_;
-};
-
-// The folders with the checkpoints of a task of this run store in the scratch folder: their names
-// begin alike, and end with the hash of what the result depends on.
-class TaskCheckpoints {
- public:
-  TaskCheckpoints(const Task& task, const TaskRecord& record, const RunPlan& plan,
-                  const RunStore& store)
-      : is_on_(task.checkpoint_bytes > 0), scratch_folder_(plan.scratch_folder) {
-    Hasher place, content;
-    place.Update(fs::absolute(store.root()).lexically_normal().string()).Update(task.name);
-    content.Update(record.version).Update(record.options).Update(record.inputs_hash);
-    prefix_ = "lsmvs-steps-" + place.HexDigest().substr(0, 16) + "-";
-    folder_ = scratch_folder_ / (prefix_ + content.HexDigest());
-  }
-
-  // Empty if the task has none.
-  fs::path folder() const { return is_on_ ? folder_ : fs::path(); }
-
-  // Of other inputs, options or versions.
-  void RemoveOthers() const {
-    Remove([&](const fs::path& path) { return path != folder_; });
-  }
-  void RemoveAll() const {
-    Remove([](const fs::path&) { return true; });
-  }
-
- private:
-  template <class IsToGo>
-  void Remove(const IsToGo& is_to_go) const {
-    if (!is_on_) return;
-    std::error_code ignored;
-    std::vector<fs::path> found;
-    for (const auto& entry : fs::directory_iterator(scratch_folder_, ignored)) {
-      const bool is_ours = entry.path().filename().string().starts_with(prefix_);
-      if (is_ours && is_to_go(entry.path())) found.push_back(entry.path());
-    }
-    for (const fs::path& path : found) fs::remove_all(path, ignored);
-  }
-
-  const bool is_on_;
-  const fs::path scratch_folder_;
-  std::string prefix_;
-  fs::path folder_;
-};
-
-// With a scratch file, and no more than `resident_bytes` in memory; what the file was used for is
-// put among the counts.
-TaskCounts RunWithScratch(const Task& task, size_t resident_bytes, const RunPlan& plan,
-                          const TaskRun& run) {
-  const uint64_t read = ScratchMemory::BytesRead(), written = ScratchMemory::BytesWritten();
-  const ScratchMemory scratch({plan.scratch_folder, plan.process_bytes + resident_bytes});
-  RunContext context = run.context;
-  context.memory_budget_bytes = resident_bytes;
-  TaskCounts counts = task.run({context, run.outputs, run.add_output, run.checkpoint_folder});
-  counts["scratch_bytes"] = static_cast<double>(ScratchMemory::PeakBytes());
-  counts["scratch_bytes_read"] = static_cast<double>(ScratchMemory::BytesRead() - read);
-  counts["scratch_bytes_written"] = static_cast<double>(ScratchMemory::BytesWritten() - written);
-  return counts;
-}
-
-// As planned; a task that turns out to need more than there is gets a scratch file all the same.
-// `run` has the checkpoint folder for the case that there is a scratch file.
-TaskCounts RunWithin(const Task& task, const PlannedTask& planned, const RunPlan& plan,
-                     const TaskRun& run) {
-  const bool can = task.least_bytes > 0 && ScratchMemory::IsAvailable();
-  if (can && planned.resident_bytes > 0) {
-    return RunWithScratch(task, planned.resident_bytes, plan, run);
-  }
-  try {
-    // What is there of an earlier run is used all the same.
-    const bool goes_on = fs::exists(run.checkpoint_folder);
-    return task.run(
-        {run.context, run.outputs, run.add_output, goes_on ? run.checkpoint_folder : fs::path()});
-  } catch (const MemoryError& error) {
-    if (!can) throw;
-    LOG(WARNING) << error.what() << "; works with a scratch file in "
-                 << plan.scratch_folder.string();
-  }
-  const size_t resident_bytes = std::max(task.least_bytes, run.context.memory_budget_bytes);
-  return RunWithScratch(task, resident_bytes, plan, run);
-}
-
-void RunTask(const Task& task, const PlannedTask& planned, const RunPlan& plan, RunStore* store,
-             const RunContext& context) {
-  TaskRecord record;
-  record.stage = task.stage;
-  record.version = task.version;
-  record.options = task.options;
-  record.inputs_hash = HashInputs(task, &store->files());
-  record.num_threads = context.num_threads();
-  record.temporary = task.temporary;
-  std::vector<std::filesystem::path> staged;
-  for (const auto& output : task.outputs) staged.push_back(store->StagedPath(output));
-  StagingGuard guard(task, *store);
-  const auto add_output = [&](const std::filesystem::path& output) {
-    if (!plan.overwrite) CheckReplaceable(output, store);
-    return guard.Add(output);
-  };
-  const PeakMemoryWatch memory;
-  const Clock::time_point begin = Clock::now();
-  const double cpu_begin = CpuSeconds();
-  const TaskCheckpoints checkpoints(task, record, plan, *store);
-  checkpoints.RemoveOthers();
-  try {
-    record.counts =
-        RunWithin(task, planned, plan, {context, staged, add_output, checkpoints.folder()});
-  } catch (const InputError&) {
-    checkpoints.RemoveAll();  // the next start would end the same way
-    throw;
-  }
-  record.seconds = SecondsSince(begin);
-  record.cpu_seconds = CpuSeconds() - cpu_begin;
-  record.peak_bytes = memory.PeakBytes();
-  ReturnFreedMemory();
-  record.finished = Now();
-  store->Publish(task.name, guard.outputs(), std::move(record));
-  checkpoints.RemoveAll();
-}
 
 // Removes what a temporary task of ours made, unless somebody changed it or it was made to be kept.
 void RemoveOutputs(const Task& task, RunStore* store) {
@@ -190,70 +28,167 @@ void RemoveOutputs(const Task& task, RunStore* store) {
   }
 }
 
-// Of a task that need not run: a run that was killed between its last two steps has left them.
-void RemoveCheckpoints(const Task& task, const RunPlan& plan, const RunStore& store) {
-  TaskCheckpoints(task, TaskRecord(), plan, store).RemoveAll();
-}
-
 double Weight(const Task& task) { return std::max(task.cost.cpu_seconds, 1e-6); }
 
-class StageRunner {
+// Leaves the status of a run for others to read, and takes it away when the run has ended.
+class StatusFile {
  public:
-  StageRunner(const std::vector<Task>& tasks, const RunPlan& plan, const PlannedStage& stage,
-              RunStore* store, const RunContext& context)
-      : tasks_(tasks), plan_(plan), stage_(stage), store_(*store), context_(context) {
-    for (size_t i = stage.begin; i < stage.end; ++i) total_ += Weight(tasks[i]);
+  StatusFile(const std::filesystem::path& root, const std::string& engine) : root_(root) {
+    status_.engine = engine;
+    char host[256] = {};
+    ::gethostname(host, sizeof host - 1);
+    status_.host = host;
+    status_.process_id = ::getpid();
   }
+  ~StatusFile() { RemoveRunStatus(root_); }
+  StatusFile(const StatusFile&) = delete;
+  StatusFile& operator=(const StatusFile&) = delete;
 
-  double FractionDone() const {
-    double to_run = 0;
-    for (size_t i = stage_.begin; i < stage_.end; ++i) {
-      if (Runs(i)) to_run += Weight(tasks_[i]);
+  void Begin(const std::string& stage, double fraction, size_t num_tasks, size_t num_done) {
+    const std::lock_guard lock(mutex_);
+    status_.stage = stage;
+    status_.began = std::time(nullptr);
+    status_.fraction = status_.fraction_before = fraction;
+    status_.num_tasks = num_tasks;
+    status_.num_done = num_done;
+    status_.jobs = {};
+    Write();
+  }
+  void SetFraction(double fraction) {
+    const std::lock_guard lock(mutex_);
+    status_.fraction = std::max(status_.fraction, fraction);
+    WriteSometimes();
+  }
+  void CountDone() {
+    const std::lock_guard lock(mutex_);
+    ++status_.num_done;
+  }
+  void SetJobs(const JobCounts& jobs) {
+    const std::lock_guard lock(mutex_);
+    const bool has_changed =
+        jobs.waiting != status_.jobs.waiting || jobs.running != status_.jobs.running;
+    status_.jobs = jobs;
+    if (has_changed) {
+      Write();
+    } else {
+      WriteSometimes();
     }
-    return 1 - to_run / total_;
   }
 
-  StageSummary Run() {
+ private:
+  void WriteSometimes() {
+    constexpr std::chrono::seconds kInterval(2);
+    if (Clock::now() - written_ >= kInterval) Write();
+  }
+  void Write() {
+    status_.updated = std::time(nullptr);
+    written_ = Clock::now();
+    WriteRunStatus(root_, status_);
+  }
+
+  const std::filesystem::path root_;
+  std::mutex mutex_;
+  RunStatus status_;
+  Clock::time_point written_;
+};
+
+class RunningStage : public StageWork, public ProgressSink {
+ public:
+  RunningStage(const std::vector<Task>& tasks, const RunPlan& plan, const PlannedStage& stage,
+               RunStore* store, RunObserver* observer, StatusFile* status,
+               const RunContext& context)
+      : tasks_(tasks),
+        plan_(plan),
+        stage_(stage),
+        store_(*store),
+        observer_(observer),
+        status_(*status),
+        shown_(context.progress()),
+        context_(context),
+        begin_(Clock::now()),
+        is_done_(stage.end - stage.begin, false),
+        next_drop_(stage.begin) {
+    context_.set_progress(this);
+    double to_run = 0;
+    for (size_t i = stage.begin; i < stage.end; ++i) {
+      total_ += Weight(tasks[i]);
+      if (plan.tasks[i].state == TaskState::kRun) to_run += Weight(tasks[i]);
+    }
+    done_ = total_ - to_run;
+    const size_t num_tasks = stage.end - stage.begin;
+    status_.Begin(stage.name, FractionDone(), num_tasks, num_tasks - stage.num_run);
+  }
+
+  const std::vector<Task>& tasks() const override { return tasks_; }
+  const RunPlan& plan() const override { return plan_; }
+  const PlannedStage& stage() const override { return stage_; }
+  RunStore* store() const override { return &store_; }
+  RunObserver* observer() const override { return observer_; }
+  const RunContext& context() const override { return context_; }
+
+  double FractionDone() const { return done_ / total_; }
+
+  RunContext ContextOf(size_t i) const override {
+    return context_.Part(FractionDone(), std::min(1.0, (done_ + Weight(tasks_[i])) / total_));
+  }
+
+  bool Skip(size_t i) override {
+    if (!ReasonToRun(tasks_[i], &store_).empty()) return false;
+    ++num_skipped_;
+    CountDone(i);
+    return true;
+  }
+
+  void OnDone(size_t i) override {
+    ++num_ran_;
+    peak_bytes_ = std::max<uint64_t>(peak_bytes_, store_.tasks().at(tasks_[i].name).peak_bytes);
+    CountDone(i);
+  }
+
+  void ReportProgress(double running_seconds) override {
+    context_.Report(std::min(1.0, (done_ + running_seconds) / total_));
+  }
+
+  void ShowJobs(const JobCounts& jobs) override { status_.SetJobs(jobs); }
+
+  // Of the context: on its way to whoever shows it.
+  void Report(double fraction) override {
+    status_.SetFraction(fraction);
+    if (shown_ != nullptr) shown_->Report(fraction);
+  }
+
+  StageSummary Summary() const {
     StageSummary summary;
     summary.name = stage_.name;
-    summary.num_up_to_date = stage_.num_up_to_date;
+    summary.num_ran = num_ran_;
+    summary.num_up_to_date = stage_.num_up_to_date + num_skipped_;
     summary.num_foreign = stage_.num_foreign;
-    const Clock::time_point begin = Clock::now();
-    double done = FractionDone();
+    summary.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+    summary.peak_bytes = peak_bytes_;
     for (size_t i = stage_.begin; i < stage_.end; ++i) {
-      if (!Runs(i)) continue;
-      const double next = std::min(1.0, done + Weight(tasks_[i]) / total_);
-      RunOne(i, context_.Part(done, next), &summary);
-      for (const size_t dropped : plan_.drops[i]) RemoveOutputs(tasks_[dropped], &store_);
-      done = next;
+      const auto found = store_.tasks().find(tasks_[i].name);
+      if (found == store_.tasks().end()) continue;
+      for (const auto& [name, count] : found->second.counts) summary.counts[name] += count;
     }
-    summary.seconds = SecondsSince(begin);
-    AddCounts(&summary);
     return summary;
   }
 
  private:
-  bool Runs(size_t i) const { return plan_.tasks[i].state == TaskState::kRun; }
-
-  void RunOne(size_t i, const RunContext& part, StageSummary* summary) {
-    const Task& task = tasks_[i];
-    part.ThrowIfCancelled();
-    if (ReasonToRun(task, &store_).empty()) {
-      ++summary->num_up_to_date;
-    } else {
-      RunTask(task, plan_.tasks[i], plan_, &store_, part);
-      ++summary->num_ran;
-      summary->peak_bytes =
-          std::max<uint64_t>(summary->peak_bytes, store_.tasks().at(task.name).peak_bytes);
-    }
-    part.Report(1.0);
+  void CountDone(size_t i) {
+    done_ += Weight(tasks_[i]);
+    status_.CountDone();
+    is_done_[i - stage_.begin] = true;
+    Drop();
+    ReportProgress(0);
   }
 
-  void AddCounts(StageSummary* summary) const {
-    for (size_t i = stage_.begin; i < stage_.end; ++i) {
-      const auto found = store_.tasks().find(tasks_[i].name);
-      if (found == store_.tasks().end()) continue;
-      for (const auto& [name, count] : found->second.counts) summary->counts[name] += count;
+  // Tasks may end in any order; those that read what is dropped after a task come before it.
+  void Drop() {
+    for (; next_drop_ < stage_.end; ++next_drop_) {
+      const bool runs = plan_.tasks[next_drop_].state == TaskState::kRun;
+      if (runs && !is_done_[next_drop_ - stage_.begin]) return;
+      if (!runs) continue;
+      for (const size_t dropped : plan_.drops[next_drop_]) RemoveOutputs(tasks_[dropped], &store_);
     }
   }
 
@@ -261,29 +196,43 @@ class StageRunner {
   const RunPlan& plan_;
   const PlannedStage& stage_;
   RunStore& store_;
-  const RunContext& context_;
-  double total_ = 0;
+  RunObserver* const observer_;
+  StatusFile& status_;
+  ProgressSink* const shown_;
+  RunContext context_;
+  const Clock::time_point begin_;
+  std::vector<bool> is_done_;  // of the stage's tasks
+  size_t next_drop_;
+  double total_ = 0, done_ = 0;
+  size_t num_ran_ = 0, num_skipped_ = 0;
+  uint64_t peak_bytes_ = 0;
 };
 
 }  // namespace
 
 std::vector<StageSummary> RunTasks(const std::vector<Task>& tasks, const RunPlan& plan,
                                    RunStore* store, RunObserver* observer,
-                                   const RunContext& context) {
+                                   const RunContext& context, Engine* engine) {
   LSMVS_CHECK_EQ(tasks.size(), plan.tasks.size());
+  const std::unique_ptr<Engine> local = MakeLocalEngine();
+  if (engine == nullptr) engine = local.get();
   std::vector<StageSummary> summaries;
   for (const size_t leftover : plan.leftovers) RemoveOutputs(tasks[leftover], store);
   for (size_t i = 0; i < tasks.size(); ++i) {
-    if (plan.tasks[i].state != TaskState::kRun) RemoveCheckpoints(tasks[i], plan, *store);
+    if (plan.tasks[i].state == TaskState::kRun) continue;
+    RemoveCheckpoints(tasks[i], store->root(), plan.scratch_folder);
   }
+  StatusFile status(store->root(), engine->name());
   for (const PlannedStage& stage : plan.stages) {
     if (stage.num_run == 0) continue;
-    StageRunner runner(tasks, plan, stage, store, context);
-    observer->OnStageBegin(stage, runner.FractionDone());
-    summaries.push_back(runner.Run());
+    RunningStage work(tasks, plan, stage, store, observer, &status, context);
+    observer->OnStageBegin(stage, work.FractionDone());
+    engine->RunStage(&work);
+    summaries.push_back(work.Summary());
     observer->OnStageEnd(summaries.back());
   }
   store->Save();
+  engine->Finish();
   return summaries;
 }
 

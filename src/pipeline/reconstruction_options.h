@@ -7,6 +7,7 @@
 
 #include "lsmvs/refinement/mesh_refiner.h"
 #include "lsmvs/scene/view_selection.h"
+#include "lsmvs/scene/workspace_files.h"
 #include "lsmvs/stereo/fusion.h"
 #include "lsmvs/stereo/patch_match.h"
 #include "lsmvs/stereo/quasi_dense_matcher.h"
@@ -50,6 +51,7 @@ struct ReconstructionOptions {
   PointSource point_source = PointSource::kPatchMatch;
   // Photometric maps serve the geometric pass only. COLMAP keeps them.
   bool keep_photometric_maps = true;
+  MapPrecision map_precision = MapPrecision::kExact;
 
   ViewSelectionOptions view_selection;
   PatchMatchOptions patch_match;

@@ -19,6 +19,8 @@ constexpr float kMinRange = 6;
 constexpr double kQuantile = 0.01;
 constexpr size_t kMaxSamples = 100'000;
 constexpr size_t kNamesListed = 5;
+// Of more photos, so many are looked at, spread over all: each has to be read and decoded.
+constexpr size_t kMaxPhotos = 200;
 
 struct GrayRange {
   float low = 0, high = 255;
@@ -42,17 +44,18 @@ GrayRange RangeOf(const ImageStore& images, int view_idx) {
 }  // namespace
 
 void CheckContrast(const Scene& scene, const ImageStore& images, const RunContext& context) {
-  std::vector<GrayRange> ranges(scene.views.size());
-  ParallelFor(context, ranges.size(), 1, [&](size_t v) {
-    ranges[v] = RangeOf(images, static_cast<int>(v));
+  std::vector<GrayRange> ranges(std::min(kMaxPhotos, scene.views.size()));
+  const auto view_of = [&](size_t i) { return i * scene.views.size() / ranges.size(); };
+  ParallelFor(context, ranges.size(), 1, [&](size_t i) {
+    ranges[i] = RangeOf(images, static_cast<int>(view_of(i)));
     TrimToViewsHeld(images);
   });
   std::string names;
   size_t num_flat = 0;
-  for (size_t v = 0; v < ranges.size(); ++v) {
-    if (ranges[v].HasContrast() || ++num_flat > kNamesListed) continue;
+  for (size_t i = 0; i < ranges.size(); ++i) {
+    if (ranges[i].HasContrast() || ++num_flat > kNamesListed) continue;
     names += fmt::format("{}{} ({:.0f} to {:.0f} of 255)", names.empty() ? "" : ", ",
-                         scene.views[v].name, ranges[v].low, ranges[v].high);
+                         scene.views[view_of(i)].name, ranges[i].low, ranges[i].high);
   }
   if (num_flat == 0) return;
   const std::string what =

@@ -15,6 +15,10 @@
 
 namespace lsmvs {
 
+// How depth maps are written: exactly, with 16 bytes per pixel, or within some 1e-5 of the depth
+// and half a degree of the normal, with 2. Either is read.
+enum class MapPrecision { kExact, kCompact };
+
 // The files of one dense workspace, as the pipeline needs them. Whoever knows the formats
 // implements this (colmap_adapter does); the stages never see it.
 //
@@ -41,6 +45,7 @@ class WorkspaceFiles {
   // Throws InputError if the view's maps are there but cut off or malformed.
   virtual void CheckDepthMap(const View& view, DepthMapKind kind) const = 0;
   virtual void WriteDepthMap(const View& view, DepthMapKind kind, const DepthMap& map,
+                             MapPrecision precision,
                              const std::vector<std::filesystem::path>& outputs) const = 0;
   // `scene` outlives the source.
   virtual std::unique_ptr<DepthMapSource> OpenDepthMaps(const Scene& scene, DepthMapKind kind,

@@ -16,7 +16,7 @@ enum class ExitCode : int {
   kFileSystem = 4,    // cannot write: read-only, full, no permission
   kMemory = 5,        // the work does not fit the memory budget
   kOverwrite = 6,     // would overwrite a file that we did not make
-  kExternalTool = 7,  // the `colmap` executable is missing or failed
+  kExternalTool = 7,  // the `colmap` executable or the job system is missing or failed
   kCancelled = 130,   // Ctrl-C or SIGTERM; finished stages are kept
 };
 

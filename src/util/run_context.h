@@ -40,6 +40,7 @@ class RunContext {
   // Reports progress of this context's part of the work; `fraction` in [0,1].
   void Report(double fraction) const;
   void set_progress(ProgressSink* sink) { progress_ = sink; }
+  ProgressSink* progress() const { return progress_; }
   // A context whose [0,1] is [begin,end] of this one's: for the phases of an algorithm.
   RunContext Part(double begin, double end) const;
 

@@ -68,6 +68,10 @@ void PutMaps(const fs::path& out, const fs::path& work) {
   Put(out, "depth_map", "seed",
       Piece(Content(workspace.DepthMapPath("a", DepthMapKind::kGeometric))) +
           Content(workspace.NormalMapPath("a", DepthMapKind::kGeometric)));
+  WriteDepthMap(workspace, view, DepthMapKind::kGeometric, map, MapFormat::kCompact);
+  Put(out, "depth_map", "compact",
+      Piece(Content(workspace.DepthMapPath("a", DepthMapKind::kGeometric))) +
+          Content(workspace.NormalMapPath("a", DepthMapKind::kGeometric)));
 }
 
 void PutClouds(const fs::path& out, const fs::path& work) {

@@ -24,7 +24,7 @@ class NamedFiles : public WorkspaceFiles {
     return {"/w/depth/" + view.name + end, "/w/normal/" + view.name + end};
   }
   void CheckDepthMap(const View&, DepthMapKind) const override {}
-  void WriteDepthMap(const View&, DepthMapKind, const DepthMap&,
+  void WriteDepthMap(const View&, DepthMapKind, const DepthMap&, MapPrecision,
                      const std::vector<fs::path>&) const override {}
   std::unique_ptr<DepthMapSource> OpenDepthMaps(const Scene&, DepthMapKind, size_t) const override {
     return nullptr;

@@ -23,5 +23,9 @@ std::unique_ptr<Command> MakeMeshEvaluator();
 std::unique_ptr<Command> MakeMeshExporter();
 std::unique_ptr<Command> MakeMeshMerger();
 std::unique_ptr<Command> MakeMeshRenderer();
+std::unique_ptr<Command> MakeMapConverter();
+std::unique_ptr<Command> MakeRunStatusCommand();
+// Part of runs on many machines; not for people.
+std::unique_ptr<Command> MakeRunTaskCommand();
 
 }  // namespace lsmvs

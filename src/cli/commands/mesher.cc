@@ -110,9 +110,9 @@ class MesherCommand : public Command {
     options->AddEnum("to", &to_, "Last stage.", StageNames("last"));
     options->Add("texture", &texture_,
                  "Texture the refined mesh with the photos, as --to mesh_texturer does.");
-    stage_.DescribeOverwrite(options);
+    stage_.DescribeRun(options);
     stage_.DescribeScratch(options);
-    stage_.DescribePhotometricMaps(false, options);
+    stage_.DescribeMaps(false, options);
     options->Add("report", &report_,
                  "End with a page that shows the meshes beside COLMAP's, those that are there: "
                  "lsmvs/report/index.html (see lsmvs mesh_comparer).");
@@ -131,6 +131,7 @@ class MesherCommand : public Command {
     CheckStages(options_.point_source, From(), To());
     if (max_image_size_.has_value()) options_.max_image_size = std::max(0, *max_image_size_);
     options_.keep_photometric_maps = stage_.keep_photometric_maps;
+    options_.map_precision = stage_.map_precision;
     options_.bounding_box = ParseBox("bounding_box", stage_.bounding_box);
     std::optional<Error> first_error;
     const auto entries = FindDenseWorkspaces(stage_.workspace_path, image_path_);
@@ -159,6 +160,7 @@ class MesherCommand : public Command {
   }
 
   void RunWorkspace(const WorkspaceEntry& entry, const CommandContext& context) {
+    if (!IsWanted(entry.workspace, context)) return;
     const DenseWorkspace workspace = Prepare(entry, context);
     StageOptions stage = stage_;
     if (UsesPhotos()) stage.mask_path = Masks(entry, context);
@@ -166,7 +168,7 @@ class MesherCommand : public Command {
         workspace, stage, options_, context, UsesPhotos() ? PhotoUse::kPixels : PhotoUse::kNothing);
     RunPlanned(workspace, *reconstruction, MakeReconstructionTasks(reconstruction, From(), To()),
                stage_, context);
-    if (report_) WriteReport(workspace, context);
+    if (report_ && !context.job) WriteReport(workspace, context);
   }
 
   // A cloud is meshed without.

@@ -42,8 +42,8 @@ class PatchMatchStereoCommand : public Command {
     stage_.DescribeAlphaMask(options);
     stage_.DescribeSourcesPath(options);
     stage_.DescribeSkipMissingImages(options);
-    stage_.DescribeOverwrite(options);
-    stage_.DescribePhotometricMaps(true, options);
+    stage_.DescribeRun(options);
+    stage_.DescribeMaps(true, options);
     stage_.DescribeMaxImageSize("PatchMatchStereo.max_image_size", options);
     options_.patch_match.Describe(options);
     options_.view_selection.Describe(options);

@@ -32,7 +32,7 @@ class QuasiDenseMatcherCommand : public Command {
     stage_.DescribeSkipMissingImages(options);
     stage_.DescribeDatabasePath(options);
     stage_.DescribeBoundingBox(options);
-    stage_.DescribeOverwrite(options);
+    stage_.DescribeRun(options);
     stage_.DescribeMaxImageSize("max_image_size", options);
     options_.quasi_dense.Describe(options);
     options_.view_selection.Describe(options);

@@ -42,7 +42,7 @@ class StereoFusionCommand : public Command {
     stage_.DescribeBoxPath(options);
     stage_.DescribeAlphaMask(options);
     stage_.DescribeSkipMissingImages(options);
-    stage_.DescribeOverwrite(options);
+    stage_.DescribeRun(options);
     options->Add(
         "StereoFusion.mask_path", &stage_.mask_path,
         "Folder with masks: of image a/b.jpg it is a/b.jpg.png; black pixels are not used.");

@@ -56,7 +56,7 @@ class VisibilityMesherCommand : public Command {
                  "Also write the fused cloud without the points that the surface leaves in free "
                  "space (outliers that the views contradict) to this PLY and PLY.vis.");
     stage_.DescribeBoundingBox(options);
-    stage_.DescribeOverwrite(options);
+    stage_.DescribeRun(options);
     stage_.DescribeScratch(options);
     options_.surface.Describe(options);
   }

@@ -40,10 +40,12 @@ size_t MapBudget(const Reconstruction& reconstruction, DepthMapKind kind) {
 
 // Depth and three components of a normal as floats, and the headers.
 uint64_t MapFileBytes(const Reconstruction& reconstruction, int view_idx, DepthMapKind kind) {
-  constexpr uint64_t kHeaderBytes = 64, kBytesPerPixel = 16;
+  constexpr uint64_t kHeaderBytes = 64;
+  const uint64_t bytes_per_pixel =
+      reconstruction.options.map_precision == MapPrecision::kExact ? 16 : 2;
   const PinholeCamera camera =
       reconstruction.images->Camera(view_idx, LevelOf(reconstruction, kind));
-  return kHeaderBytes + kBytesPerPixel * static_cast<uint64_t>(camera.width) *
+  return kHeaderBytes + bytes_per_pixel * static_cast<uint64_t>(camera.width) *
                             static_cast<uint64_t>(camera.height);
 }
 
@@ -91,7 +93,8 @@ TaskCounts RunStereo(const Reconstruction& reconstruction, int view_idx, DepthMa
       EstimateDepthMap(reconstruction.scene, *reconstruction.images, view_idx,
                        reconstruction.neighbors[view], reconstruction.depth_ranges[view],
                        maps.get(), reconstruction.options.patch_match, run.context);
-  reconstruction.files->WriteDepthMap(reconstruction.scene.views[view], kind, map, run.outputs);
+  reconstruction.files->WriteDepthMap(reconstruction.scene.views[view], kind, map,
+                                      reconstruction.options.map_precision, run.outputs);
   TrimToViewsHeld(*reconstruction.images);
   return {{"maps", 1.0}, {"depths", CountDepths(map)}};
 }
@@ -105,6 +108,7 @@ Task MakeStereoTask(const ReconstructionPtr& reconstruction, int view_idx, Depth
       fmt::format("{}/{}/{}", kStereoStage, KindName(kind), reconstruction->scene.views[view].name);
   task.version = kStereoVersion;
   task.options = TaskOptionsText(*reconstruction, options.view_selection, options.patch_match);
+  if (options.map_precision == MapPrecision::kCompact) task.options += "map_format=compact\n";
   AddModelInputs(*reconstruction, &task);
   AddPhotoInputs(*reconstruction, view_idx, &task);
   for (const Neighbor& n : reconstruction->neighbors[view]) {
