@@ -274,8 +274,8 @@ class Zipper {
     return Add(faces);
   }
 
-  // Closes a hole beside an old border, unless an edge would be longer than `max_length` edge lengths, or the triangles
-  // are turned away from the surface around.
+  // Closes a hole beside an old border, unless an edge would be longer than `max_length` edge
+  // lengths, or the triangles are turned away from the surface around.
   bool FillHole(const std::vector<int32_t>& polygon, double max_length) {
     const std::vector<Eigen::Vector3i> faces = Triangulate(polygon);
     return IsShort(faces, max_length) && AgreesWithSurface(faces) && Add(faces);
