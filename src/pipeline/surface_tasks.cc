@@ -21,7 +21,7 @@ namespace lsmvs {
 
 namespace {
 
-constexpr const char* kSurfaceVersion = "8";
+constexpr const char* kSurfaceVersion = "9";
 constexpr const char* kRefinementVersion = "6";
 
 // Points inside the options' box, which is in the world of the files; all if it is empty.

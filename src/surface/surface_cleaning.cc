@@ -97,7 +97,7 @@ class Cleaner {
   // Vertices that a cut left off its surface were contradicted; among those on it, where no ray
   // tells, the share of false ones is taken to be the same.
   void MeasureFalseShare() {
-    std::vector<char> on_surface(cloud_.first_point.size(), 0);
+    std::vector<char> on_surface(cloud_.colors.size(), 0);
     for (const int32_t point : vertex_point_) {
       if (point >= 0) on_surface[static_cast<size_t>(point)] = 1;
     }
