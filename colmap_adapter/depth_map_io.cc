@@ -5,16 +5,14 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <list>
-#include <map>
-#include <mutex>
 
-#include "lsmvs/colmap_adapter/binary_reader_internal.h"
+#include "lsmvs/colmap_adapter/files/binary_reader.h"
 #include "lsmvs/scene/depth_normals.h"
 #include "lsmvs/scene/packed_depth_map.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/lru_cache.h"
 
 namespace lsmvs {
 
@@ -225,71 +223,31 @@ void WriteDepthMap(const DenseWorkspace& workspace, const View& view, MapType ty
 
 namespace {
 
-// Least-recently-used cache of packed maps; different maps are read in parallel, the same one once.
 class FileDepthMapSource : public DepthMapSource {
  public:
   FileDepthMapSource(DenseWorkspace workspace, const Scene& scene, MapType type,
                      size_t budget_bytes)
-      : workspace_(std::move(workspace)), scene_(scene), type_(type), budget_bytes_(budget_bytes) {}
+      : workspace_(std::move(workspace)), scene_(scene), type_(type), maps_(budget_bytes) {}
 
   std::shared_ptr<const DepthMap> Get(int view_idx) const override {
-    const std::shared_ptr<Entry> entry = Touch(view_idx);
-    const std::lock_guard<std::mutex> reading(entry->reading);
-    if (!entry->is_read) {
-      const View& view = scene_.views.at(static_cast<size_t>(view_idx));
-      if (!HasDepthMap(workspace_, view, type_)) return nullptr;
-      entry->map = Pack(ReadDepthMap(workspace_, view, type_));
-      entry->is_read = true;
-      Account(view_idx, entry, entry->map.NumBytes());
-    }
-    return std::make_shared<const DepthMap>(Unpack(entry->map));
+    const std::shared_ptr<const PackedDepthMap> map =
+        maps_.Get(view_idx, [&] { return Load(scene_.views.at(static_cast<size_t>(view_idx))); });
+    return map ? std::make_shared<const DepthMap>(Unpack(*map)) : nullptr;
   }
 
  private:
-  struct Entry {
-    std::mutex reading;
-    PackedDepthMap map;
-    bool is_read = false;
-    size_t bytes = 0;
-    std::list<int>::iterator place;
-  };
+  using Maps = LruCache<int, PackedDepthMap>;
 
-  std::shared_ptr<Entry> Touch(int view_idx) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    std::shared_ptr<Entry>& entry = entries_[view_idx];
-    if (entry) {
-      order_.splice(order_.begin(), order_, entry->place);
-    } else {
-      entry = std::make_shared<Entry>();
-      order_.push_front(view_idx);
-      entry->place = order_.begin();
-    }
-    return entry;
-  }
-
-  // Counts a map that was read, and drops the least recently used ones beyond the budget.
-  void Account(int view_idx, const std::shared_ptr<Entry>& entry, size_t bytes) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const auto found = entries_.find(view_idx);
-    if (found == entries_.end() || found->second != entry) return;
-    entry->bytes = bytes;
-    held_bytes_ += bytes;
-    while (held_bytes_ > budget_bytes_ && order_.back() != view_idx) {
-      const auto oldest = entries_.find(order_.back());
-      held_bytes_ -= oldest->second->bytes;
-      entries_.erase(oldest);
-      order_.pop_back();
-    }
+  Maps::Loaded Load(const View& view) const {
+    if (!HasDepthMap(workspace_, view, type_)) return {};
+    auto map = std::make_shared<const PackedDepthMap>(Pack(ReadDepthMap(workspace_, view, type_)));
+    return {map, map->NumBytes()};
   }
 
   const DenseWorkspace workspace_;
   const Scene& scene_;
   const MapType type_;
-  const size_t budget_bytes_;
-  mutable std::mutex mutex_;
-  mutable std::map<int, std::shared_ptr<Entry>> entries_;
-  mutable std::list<int> order_;  // most recently used first
-  mutable size_t held_bytes_ = 0;
+  mutable Maps maps_;
 };
 
 }  // namespace

@@ -8,9 +8,9 @@
 #include <cerrno>
 #include <cmath>
 
-#include "lsmvs/colmap_adapter/binary_reader_internal.h"
-#include "lsmvs/colmap_adapter/image_order_internal.h"
-#include "lsmvs/colmap_adapter/visibility_file_internal.h"
+#include "lsmvs/colmap_adapter/files/binary_reader.h"
+#include "lsmvs/colmap_adapter/files/image_order.h"
+#include "lsmvs/colmap_adapter/files/visibility_file.h"
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/util/error.h"
 

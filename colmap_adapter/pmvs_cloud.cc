@@ -8,8 +8,8 @@
 #include <limits>
 #include <string>
 
+#include "lsmvs/colmap_adapter/files/text_reader.h"
 #include "lsmvs/colmap_adapter/pmvs_scene.h"
-#include "lsmvs/colmap_adapter/text_reader_internal.h"
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/util/error.h"
 

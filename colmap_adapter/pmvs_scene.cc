@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "lsmvs/colmap_adapter/text_reader_internal.h"
+#include "lsmvs/colmap_adapter/files/text_reader.h"
 #include "lsmvs/image/image_file.h"
 #include "lsmvs/util/error.h"
 

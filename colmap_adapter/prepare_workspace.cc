@@ -4,9 +4,9 @@
 
 #include <set>
 
-#include "lsmvs/colmap_adapter/missing_images_internal.h"
+#include "lsmvs/colmap_adapter/model/missing_images.h"
+#include "lsmvs/colmap_adapter/model/temporary_workspace.h"
 #include "lsmvs/colmap_adapter/sparse_model_io.h"
-#include "lsmvs/colmap_adapter/temporary_workspace_internal.h"
 #include "lsmvs/image/image_store.h"
 
 namespace lsmvs {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "lsmvs/colmap_adapter/camera_model.h"
-#include "lsmvs/colmap_adapter/missing_images_internal.h"
+#include "lsmvs/colmap_adapter/model/camera_model.h"
+#include "lsmvs/colmap_adapter/model/missing_images.h"
 #include "lsmvs/colmap_adapter/sparse_model_io.h"
 #include "lsmvs/util/error.h"
 

@@ -5,8 +5,8 @@
 
 #include <utility>
 
-#include "lsmvs/colmap_adapter/camera_model.h"
-#include "lsmvs/colmap_adapter/sparse_model_internal.h"
+#include "lsmvs/colmap_adapter/model/camera_model.h"
+#include "lsmvs/colmap_adapter/model/sparse_model_parts.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 

@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "lsmvs/colmap_adapter/text_reader_internal.h"
+#include "lsmvs/colmap_adapter/files/text_reader.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/error.h"
 

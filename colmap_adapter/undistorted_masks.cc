@@ -6,8 +6,8 @@
 #include <sstream>
 #include <unordered_map>
 
+#include "lsmvs/colmap_adapter/model/temporary_workspace.h"
 #include "lsmvs/colmap_adapter/sparse_model_io.h"
-#include "lsmvs/colmap_adapter/temporary_workspace_internal.h"
 #include "lsmvs/image/image_codec.h"
 #include "lsmvs/image/image_store.h"
 #include "lsmvs/scene/scene.h"

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Checks that every folder includes only what its layer may use.
 
-The table says for each module which others it may include; "util" may be used by all. Also: heavy third-party headers
-stay out of our headers, so that a change of library touches one .cc file. Prints each offence as file:line and exits
+The table says for each module which others it may include; "util" may be used by all. The headers directly in a
+module's folder are its public face: other modules include only those, and they include no header of a sub-folder. Also:
+heavy third-party headers stay out of our headers, so that a change of library touches one .cc file. Prints each offence as file:line and exits
 with 1 if there is one.
 """
 
@@ -25,7 +26,7 @@ MAY_USE = {
     "mesh": {"geometry", "graph", "image"},
     "stereo": {"scene", "image", "geometry"},
     "surface": {"scene", "mesh", "image", "geometry", "graph"},
-    "refinement": {"scene", "mesh", "image", "geometry"},
+    "refinement": {"scene", "mesh", "image", "geometry", "texturing"},  # colours its vertices
     "texturing": {"scene", "mesh", "image", "geometry", "graph"},
     "partition": {"scene", "mesh", "image", "geometry"},
     "merging": {"surface", "scene", "mesh", "partition", "image", "geometry", "graph"},
@@ -41,7 +42,7 @@ MAY_USE = {
 # Third-party headers that only .cc files may include.
 HEAVY = re.compile(r'#include [<"](CGAL|boost|embree3|sqlite3|nlohmann|CLI|ceres|tbb|opencv2|glog|hwy)[/.]')
 HEAVY_ALLOWED = {"opencv2": {"image", "stereo"}, "hwy": {"stereo", "refinement", "image"}}
-OURS = re.compile(r'#include "lsmvs/([a-z_]+)/')
+OURS = re.compile(r'#include "lsmvs/([a-z_]+)/(.*)"')
 
 
 def module_folders():
@@ -51,11 +52,17 @@ def module_folders():
             yield folder.name, folder
 
 
+def is_public(path):
+    return path.suffix == ".h" and path.parent.name in MAY_USE
+
+
 def offences_in(module, path):
     for number, line in enumerate(path.read_text().splitlines(), 1):
         used = OURS.match(line)
         if used and used[1] not in MAY_USE[module] | {module, "util"}:
             yield number, f"{module} may not include {used[1]}"
+        if used and "/" in used[2] and (used[1] != module or is_public(path)):
+            yield number, f"{used[1]}/{used[2]} lies inside its module; include what lies on the doorstep"
         heavy = HEAVY.match(line)
         if heavy and path.suffix == ".h" and module not in HEAVY_ALLOWED.get(heavy[1], set()):
             yield number, f"{heavy[1]} belongs into a .cc file"

@@ -32,12 +32,9 @@ function(lsmvs_add_module name)
     lsmvs_${name} PUBLIC $<BUILD_INTERFACE:${LSMVS_INCLUDE_DIR}> $<INSTALL_INTERFACE:include>)
   target_link_libraries(lsmvs_${name} PUBLIC lsmvs_options ${ARG_USES} PRIVATE ${ARG_LINKS})
   install(TARGETS lsmvs_${name} EXPORT lsmvsTargets ARCHIVE DESTINATION lib)
-  install(
-    DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/
-    DESTINATION include/lsmvs/${name}
-    FILES_MATCHING
-    PATTERN "*.h"
-    PATTERN "*_internal.h" EXCLUDE)
+  # The public face of a module: the headers on its doorstep. Sub-folders stay inside.
+  file(GLOB headers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.h)
+  install(FILES ${headers} DESTINATION include/lsmvs/${name})
 endfunction()
 
 # lsmvs_add_test(<name> SOURCES <files> USES <libraries> [TIMEOUT <s>] [SHARING_SUITES <suites>]): a

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "lsmvs/mesh/face_sides.h"
+#include "lsmvs/mesh/half_edges.h"
 #include "lsmvs/mesh/texture_charts.h"
 
 namespace lsmvs {
@@ -78,9 +78,9 @@ class AtlasMeter {
   }
 
   void FindSeams() {
-    const std::vector<FaceSide> sides =
-        SortedFaceSides(textured_.mesh.faces, textured_.mesh.vertices.size());
-    ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+    const std::vector<HalfEdge> sides =
+        SortedHalfEdges(textured_.mesh.faces, textured_.mesh.vertices.size());
+    ForEdges(sides, [&](const HalfEdge* begin, const HalfEdge* end) {
       if (end - begin != 2) return;
       if (ContinueInTexture(textured_, begin[0].face, begin[1].face, begin->low, begin->high)) {
         return;

@@ -66,7 +66,7 @@ struct SurfacePoint {
 
 class Renderer {
  public:
-  Renderer(const TriangleMesh& mesh, const MeshTracer& tracer, const Viewpoint& viewpoint,
+  Renderer(const TriangleMesh& mesh, const MeshTracer& tracer, const PosedCamera& viewpoint,
            const RenderOptions& options, const TexturePages* texture)
       : mesh_(mesh),
         tracer_(tracer),
@@ -209,7 +209,7 @@ class Renderer {
   const TriangleMesh& mesh_;
   const MeshTracer& tracer_;
   const TexturePages* const texture_;
-  const Viewpoint& viewpoint_;
+  const PosedCamera& viewpoint_;
   const RenderOptions& options_;
   const Eigen::Vector3d center_;
   const Eigen::Matrix3d world_from_cam_;
@@ -294,12 +294,12 @@ void RenderOptions::Describe(OptionSet* options) {
   options->Add("background", &background, "Grey level behind the mesh, 255 is white", {0, 255});
 }
 
-Viewpoint TurntableViewpoint(const std::vector<Eigen::Vector3d>& points_in_world,
-                             const TurntableOptions& options) {
+PosedCamera TurntableViewpoint(const std::vector<Eigen::Vector3d>& points_in_world,
+                               const TurntableOptions& options) {
   LSMVS_CHECK(options.width >= 1 && options.height >= 1);
   LSMVS_CHECK(options.fit_share > 0 && options.fit_share <= 1 && options.up.norm() > 0);
   const double focal = 1.4 * std::max(options.width, options.height);
-  Viewpoint viewpoint;
+  PosedCamera viewpoint;
   viewpoint.camera = {options.width, options.height,      focal,
                       focal,         0.5 * options.width, 0.5 * options.height};
   const Eigen::Matrix3d rotation = TurntableRotation(options);
@@ -319,7 +319,7 @@ Viewpoint TurntableViewpoint(const std::vector<Eigen::Vector3d>& points_in_world
 }
 
 ColorImage RenderMesh(const TriangleMesh& mesh, const MeshTracer& tracer,
-                      const Viewpoint& viewpoint, const RenderOptions& options,
+                      const PosedCamera& viewpoint, const RenderOptions& options,
                       const RunContext& context, const TexturePages* texture) {
   std::string error;
   if (!options.Check(&error)) throw UsageError(error);

@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "lsmvs/evaluation/mesh_tracer.h"
-#include "lsmvs/geometry/camera.h"
-#include "lsmvs/geometry/rigid3.h"
+#include "lsmvs/geometry/posed_camera.h"
 #include "lsmvs/image/raster.h"
 #include "lsmvs/mesh/texture_pages.h"
 #include "lsmvs/mesh/triangle_mesh.h"
@@ -40,12 +39,6 @@ struct RenderOptions {
   bool Check(std::string* error) const { return CheckOptions(*this, error); }
 };
 
-// A camera with its pose.
-struct Viewpoint {
-  PinholeCamera camera;
-  Rigid3 cam_from_world;
-};
-
 // Where on its circle a turntable camera stands.
 struct TurntableOptions {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // axis of the turntable; not zero
@@ -59,15 +52,15 @@ struct TurntableOptions {
 
 // A viewpoint on a circle around the points (a mesh's vertices) from which they fill the image.
 // Points that are not finite are ignored.
-Viewpoint TurntableViewpoint(const std::vector<Eigen::Vector3d>& points_in_world,
-                             const TurntableOptions& options);
+PosedCamera TurntableViewpoint(const std::vector<Eigen::Vector3d>& points_in_world,
+                               const TurntableOptions& options);
 
 // Renders a mesh as seen from a viewpoint; the image has the camera's size. Faces are seen from
 // both sides. `tracer` is that of `mesh`; `texture`, if not null, is that of a textured mesh with
 // the same faces, and counts instead of vertex colours. Deterministic for any number of threads.
 // O(pixels * antialiasing^2 * (1 + occlusion rays) * log F).
 ColorImage RenderMesh(const TriangleMesh& mesh, const MeshTracer& tracer,
-                      const Viewpoint& viewpoint, const RenderOptions& options,
+                      const PosedCamera& viewpoint, const RenderOptions& options,
                       const RunContext& context, const TexturePages* texture = nullptr);
 
 }  // namespace lsmvs

@@ -7,8 +7,9 @@
 #include <limits>
 #include <numeric>
 
-#include "lsmvs/evaluation/view_choice.h"
-#include "lsmvs/evaluation/window_sums.h"
+#include "lsmvs/evaluation/photos/box_filter.h"
+#include "lsmvs/evaluation/photos/view_choice.h"
+#include "lsmvs/geometry/posed_camera.h"
 #include "lsmvs/image/sampling.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
@@ -42,9 +43,7 @@ std::vector<std::vector<int>> MostShared(const Scene& scene, int count) {
 }
 
 // One view at the level that is scored.
-struct LevelView {
-  PinholeCamera camera;
-  Rigid3 cam_from_world;
+struct LevelView : PosedCamera {
   Raster<float> depth;
 };
 
@@ -143,7 +142,7 @@ class Scorer {
         neighbors_(MostShared(scene, options.num_neighbors)) {
     for (int i = 0; i < scene.num_views(); ++i) {
       const View& view = scene.views[i];
-      views_.push_back({images.Camera(i, options.level), view.cam_from_world, {}});
+      views_.push_back({{images.Camera(i, options.level), view.cam_from_world}, {}});
       views_.back().depth = TraceDepth(tracer, views_.back().camera, view.cam_from_world, context);
     }
   }

@@ -8,9 +8,9 @@
 #include <chrono>
 #include <cmath>
 
-#include "lsmvs/evaluation/closest_points.h"
-#include "lsmvs/evaluation/surface_samples.h"
-#include "lsmvs/evaluation/view_coverage.h"
+#include "lsmvs/evaluation/photos/view_coverage.h"
+#include "lsmvs/evaluation/samples/closest_points.h"
+#include "lsmvs/evaluation/samples/surface_samples.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 

@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "lsmvs/evaluation/mesh_renderer.h"
-#include "lsmvs/evaluation/view_choice.h"
-#include "lsmvs/evaluation/window_sums.h"
+#include "lsmvs/evaluation/photos/box_filter.h"
+#include "lsmvs/evaluation/photos/view_choice.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
@@ -158,8 +158,8 @@ class Scorer {
 
  private:
   Pair MakePair(int view_idx, double* completeness) const {
-    const Viewpoint viewpoint = {images_.Camera(view_idx, options_.level),
-                                 scene_.views[static_cast<size_t>(view_idx)].cam_from_world};
+    const PosedCamera viewpoint = {images_.Camera(view_idx, options_.level),
+                                   scene_.views[static_cast<size_t>(view_idx)].cam_from_world};
     RenderOptions render;
     render.style = RenderStyle::kColor;
     render.antialiasing = options_.antialiasing;

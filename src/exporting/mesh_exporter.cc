@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "lsmvs/exporting/glb_file.h"
-#include "lsmvs/exporting/obj_file.h"
-#include "lsmvs/exporting/page_parts.h"
+#include "lsmvs/exporting/files/glb_file.h"
+#include "lsmvs/exporting/files/obj_file.h"
+#include "lsmvs/exporting/pages/page_parts.h"
 #include "lsmvs/mesh/textured_ply.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/hash.h"

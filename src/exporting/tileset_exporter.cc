@@ -5,8 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "lsmvs/exporting/glb_file.h"
-#include "lsmvs/exporting/page_parts.h"
+#include "lsmvs/exporting/files/glb_file.h"
+#include "lsmvs/exporting/pages/page_parts.h"
 #include "lsmvs/exporting/tiles/chart_repacking.h"
 #include "lsmvs/exporting/tiles/coarser_tile.h"
 #include "lsmvs/exporting/tiles/skirts.h"

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <list>
-#include <map>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -16,6 +14,7 @@
 #include "lsmvs/image/image_file.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/lru_cache.h"
 
 namespace lsmvs {
 
@@ -240,96 +239,20 @@ using Key = std::tuple<int, int, Kind>;
 
 }  // namespace
 
-// Least-recently-used map from key to decoded image, with one lock an entry so that different
-// images are decoded in parallel.
 struct ImageStore::Cache {
-  struct Entry {
-    std::mutex decoding;
-    std::shared_ptr<const void> image;
-    size_t bytes = 0;
-    std::list<Key>::iterator place;
-  };
-
-  explicit Cache(size_t budget_bytes) : budget(budget_bytes) {}
+  explicit Cache(size_t budget_bytes) : images(budget_bytes) {}
 
   template <class Image, class Load>
   std::shared_ptr<const Image> Get(const Key& key, const Load& load) {
-    const std::shared_ptr<Entry> entry = Touch(key);
-    const std::lock_guard<std::mutex> decoding(entry->decoding);
-    if (!entry->image) {
-      std::shared_ptr<const Image> image = load();
-      const size_t bytes = image->size() * sizeof(image->pixels[0]);
-      entry->image = image;
-      Account(key, entry, bytes);
-      return image;
-    }
-    return std::static_pointer_cast<const Image>(entry->image);
+    const std::shared_ptr<const void> image = images.Get(key, [&] {
+      const std::shared_ptr<const Image> loaded = load();
+      return Images::Loaded{loaded, loaded->size() * sizeof(loaded->pixels[0])};
+    });
+    return std::static_pointer_cast<const Image>(image);
   }
 
-  std::shared_ptr<Entry> Touch(const Key& key) {
-    const std::lock_guard<std::mutex> lock(mutex);
-    std::shared_ptr<Entry>& entry = entries[key];
-    if (entry) {
-      order.splice(order.begin(), order, entry->place);
-    } else {
-      entry = std::make_shared<Entry>();
-      order.push_front(key);
-      entry->place = order.begin();
-    }
-    return entry;
-  }
-
-  void Account(const Key& key, const std::shared_ptr<Entry>& entry, size_t bytes) {
-    const std::lock_guard<std::mutex> lock(mutex);
-    // Dropped by another thread while it was decoded: the caller keeps the image, the store does
-    // not.
-    const auto found = entries.find(key);
-    if (found == entries.end() || found->second != entry) return;
-    entry->bytes = bytes;
-    held += bytes;
-    while (held > budget && DropOldestBut(key)) {
-    }
-  }
-
-  void Trim(size_t max_bytes) {
-    const std::lock_guard<std::mutex> lock(mutex);
-    while (held > max_bytes) DropOldest();
-  }
-
-  void SetBudget(size_t budget_bytes) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex);
-      budget = budget_bytes;
-    }
-    Trim(budget_bytes);
-  }
-
-  void DropOldest() { Drop(std::prev(order.end())); }
-
-  // The image given, and those that are still being decoded, may be the oldest themselves where
-  // many threads ask for images. False if there is no other.
-  bool DropOldestBut(const Key& key) {
-    const auto droppable = [&](const Key& other) {
-      return other != key && entries.find(other)->second->bytes > 0;
-    };
-    const auto oldest = std::find_if(order.rbegin(), order.rend(), droppable);
-    if (oldest == order.rend()) return false;
-    Drop(std::prev(oldest.base()));
-    return true;
-  }
-
-  void Drop(std::list<Key>::iterator place) {
-    const auto entry = entries.find(*place);
-    held -= entry->second->bytes;
-    entries.erase(entry);
-    order.erase(place);
-  }
-
-  size_t budget;
-  std::mutex mutex;
-  std::map<Key, std::shared_ptr<Entry>> entries;
-  std::list<Key> order;  // most recently used first
-  size_t held = 0;
+  using Images = LruCache<Key, void>;  // a raster of the kind that the key says
+  Images images;
 
   std::once_flag range_is_known;
   DeepRange range;
@@ -381,14 +304,11 @@ std::shared_ptr<const ByteImage> ImageStore::Mask(int view_idx, int level) const
   });
 }
 
-void ImageStore::Trim(size_t max_bytes) const { cache_->Trim(max_bytes); }
+void ImageStore::Trim(size_t max_bytes) const { cache_->images.Trim(max_bytes); }
 
-void ImageStore::SetBudget(size_t budget_bytes) const { cache_->SetBudget(budget_bytes); }
+void ImageStore::SetBudget(size_t budget_bytes) const { cache_->images.SetBudget(budget_bytes); }
 
-size_t ImageStore::HeldBytes() const {
-  const std::lock_guard<std::mutex> lock(cache_->mutex);
-  return cache_->held;
-}
+size_t ImageStore::HeldBytes() const { return cache_->images.held_bytes(); }
 
 Eigen::Vector2i ReadImageSize(const std::string& path) {
   if (std::filesystem::is_regular_file(path)) {

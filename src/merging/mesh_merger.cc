@@ -10,10 +10,10 @@
 #include <optional>
 #include <utility>
 
-#include "lsmvs/merging/input_check.h"
 #include "lsmvs/merging/overlap/free_space.h"
+#include "lsmvs/merging/overlap/input_check.h"
 #include "lsmvs/merging/overlap/overlap.h"
-#include "lsmvs/merging/surface_merging.h"
+#include "lsmvs/merging/seam/surface_merging.h"
 #include "lsmvs/merging/tetrahedra/tetrahedral_patch.h"
 #include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/util/error.h"

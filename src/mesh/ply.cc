@@ -13,7 +13,7 @@
 #include <numeric>
 #include <sstream>
 
-#include "lsmvs/mesh/ply_mesh_internal.h"
+#include "lsmvs/mesh/files/ply_mesh.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "lsmvs/mesh/face_sides.h"
+#include "lsmvs/mesh/half_edges.h"
 
 namespace lsmvs {
 
@@ -53,9 +53,9 @@ void Remesher::LinkFaces(const TriangleMesh& mesh) {
   for (size_t f = 0; f < faces_.size(); ++f) {
     for (const int32_t v : faces_[f].v) face_of_[v] = static_cast<int32_t>(f);
   }
-  ForEdges(SortedFaceSides(mesh.faces, positions_.size()),
-           [&](const FaceSide* a, const FaceSide* end) {
-             const FaceSide* b = end - 1;
+  ForEdges(SortedHalfEdges(mesh.faces, positions_.size()),
+           [&](const HalfEdge* a, const HalfEdge* end) {
+             const HalfEdge* b = end - 1;
              const bool opposite = faces_[a->face].v[a->corner] != faces_[b->face].v[b->corner];
              if (end - a == 2 && opposite) {
                faces_[a->face].across[a->corner] = b->face;

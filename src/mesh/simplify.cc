@@ -7,8 +7,8 @@
 #include <numeric>
 #include <unordered_map>
 
-#include "lsmvs/mesh/edge_collapser_internal.h"
-#include "lsmvs/mesh/proper_surface_internal.h"
+#include "lsmvs/mesh/simplification/edge_collapser.h"
+#include "lsmvs/mesh/simplification/proper_surface.h"
 #include "lsmvs/util/check.h"
 
 namespace lsmvs {

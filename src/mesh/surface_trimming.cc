@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "lsmvs/graph/minimum_cut.h"
-#include "lsmvs/mesh/face_sides.h"
+#include "lsmvs/mesh/half_edges.h"
 #include "lsmvs/util/disjoint_sets.h"
 
 namespace lsmvs {
@@ -30,15 +30,15 @@ int32_t BorderCapacity(const TriangleMesh& mesh, const TrimmingProblem& problem,
 std::vector<CutNode> BuildGraph(const TriangleMesh& mesh, const TrimmingProblem& problem) {
   std::vector<CutNode> nodes(mesh.faces.size());
   for (size_t f = 0; f < nodes.size(); ++f) nodes[f].excess = Capacity(problem.keep_gain[f]);
-  const std::vector<FaceSide> sides = SortedFaceSides(mesh.faces, mesh.vertices.size());
-  ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+  const std::vector<HalfEdge> sides = SortedHalfEdges(mesh.faces, mesh.vertices.size());
+  ForEdges(sides, [&](const HalfEdge* begin, const HalfEdge* end) {
     const int32_t capacity = BorderCapacity(mesh, problem, begin->low, begin->high);
     if (end - begin != 2) {
-      for (const FaceSide* side = begin; side != end; ++side) nodes[side->face].excess -= capacity;
+      for (const HalfEdge* side = begin; side != end; ++side) nodes[side->face].excess -= capacity;
       return;
     }
     for (int k = 0; k < 2; ++k) {
-      const FaceSide &here = begin[k], &there = begin[1 - k];
+      const HalfEdge &here = begin[k], &there = begin[1 - k];
       CutNode& node = nodes[here.face];
       node.neighbor[here.corner] = there.face;
       node.capacity[here.corner] = capacity;
@@ -54,15 +54,15 @@ class DroppedPieces {
   DroppedPieces(const TriangleMesh& mesh, const std::vector<uint8_t>& visible,
                 const std::vector<uint8_t>& kept)
       : pieces_(kept.size()), reaches_border_(kept.size(), 0), visible_area_(kept.size(), 0.0) {
-    const std::vector<FaceSide> sides = SortedFaceSides(mesh.faces, mesh.vertices.size());
-    ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+    const std::vector<HalfEdge> sides = SortedHalfEdges(mesh.faces, mesh.vertices.size());
+    ForEdges(sides, [&](const HalfEdge* begin, const HalfEdge* end) {
       if (end - begin == 2 && !kept[begin[0].face] && !kept[begin[1].face]) {
         pieces_.Unite(Number(begin[0].face), Number(begin[1].face));
       }
     });
-    ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+    ForEdges(sides, [&](const HalfEdge* begin, const HalfEdge* end) {
       if (end - begin == 2) return;
-      for (const FaceSide* side = begin; side != end; ++side) {
+      for (const HalfEdge* side = begin; side != end; ++side) {
         if (!kept[side->face]) reaches_border_[pieces_.Find(Number(side->face))] = 1;
       }
     });

@@ -1,6 +1,6 @@
 #include "lsmvs/mesh/texture_charts.h"
 
-#include "lsmvs/mesh/face_sides.h"
+#include "lsmvs/mesh/half_edges.h"
 #include "lsmvs/util/disjoint_sets.h"
 
 namespace lsmvs {
@@ -32,11 +32,11 @@ TextureCharts FindTextureCharts(const TexturedMesh& textured) {
   if (!textured.has_texture()) return charts;
   const size_t num_faces = textured.mesh.faces.size();
   DisjointSets sets(num_faces);
-  const std::vector<FaceSide> sides =
-      SortedFaceSides(textured.mesh.faces, textured.mesh.vertices.size());
-  ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
-    for (const FaceSide* a = begin; a != end; ++a) {
-      for (const FaceSide* b = a + 1; b != end; ++b) {
+  const std::vector<HalfEdge> sides =
+      SortedHalfEdges(textured.mesh.faces, textured.mesh.vertices.size());
+  ForEdges(sides, [&](const HalfEdge* begin, const HalfEdge* end) {
+    for (const HalfEdge* a = begin; a != end; ++a) {
+      for (const HalfEdge* b = a + 1; b != end; ++b) {
         if (!ContinueInTexture(textured, a->face, b->face, a->low, a->high)) continue;
         sets.Unite(static_cast<uint32_t>(a->face), static_cast<uint32_t>(b->face));
       }

@@ -10,18 +10,18 @@
 
 #include "lsmvs/image/largest_image.h"
 #include "lsmvs/mesh/simplify.h"
-#include "lsmvs/refinement/finishing.h"
-#include "lsmvs/refinement/guard.h"
-#include "lsmvs/refinement/level_optimizer.h"
-#include "lsmvs/refinement/mesh_adaptation.h"
-#include "lsmvs/refinement/refinement_checkpoints.h"
-#include "lsmvs/refinement/smoothness.h"
-#include "lsmvs/refinement/vertex_colors.h"
-#include "lsmvs/refinement/vertex_frames.h"
+#include "lsmvs/refinement/finishing/finishing.h"
+#include "lsmvs/refinement/finishing/region_rollback.h"
+#include "lsmvs/refinement/finishing/vertex_quality.h"
+#include "lsmvs/refinement/regions/refinement_checkpoints.h"
+#include "lsmvs/refinement/step/level_optimizer.h"
+#include "lsmvs/refinement/step/mesh_adaptation.h"
+#include "lsmvs/refinement/step/smoothness.h"
+#include "lsmvs/refinement/step/vertex_frames.h"
 #include "lsmvs/refinement/vertex_pixel_sizes.h"
-#include "lsmvs/refinement/vertex_quality.h"
 #include "lsmvs/scene/surface_share.h"
 #include "lsmvs/scene/view_selection.h"
+#include "lsmvs/texturing/vertex_colors.h"
 #include "lsmvs/util/memory.h"
 #include "lsmvs/util/scratch_memory.h"
 
@@ -215,7 +215,7 @@ class MeshRefiner {
     return true;
   }
 
-  void SelectPairs(const std::vector<LevelView>& views, const RunContext& context) {
+  void SelectPairs(const std::vector<PosedCamera>& views, const RunContext& context) {
     const double start = Seconds();
     regions_ = GrowFaceRegions(result_.mesh, kFacesPerRegion);
     pairs_ = SelectFacePairs(views, candidates_, result_.mesh, regions_,
@@ -271,13 +271,13 @@ class MeshRefiner {
   }
 
   // Longer side, pixels.
-  static double MeanPhotoSize(const std::vector<LevelView>& views) {
+  static double MeanPhotoSize(const std::vector<PosedCamera>& views) {
     double sum = 0;
-    for (const LevelView& view : views) sum += std::max(view.camera.width, view.camera.height);
+    for (const PosedCamera& view : views) sum += std::max(view.camera.width, view.camera.height);
     return views.empty() ? 0.0 : sum / static_cast<double>(views.size());
   }
 
-  FacePairs SelectJudges(const std::vector<LevelView>& views) {
+  FacePairs SelectJudges(const std::vector<PosedCamera>& views) {
     const std::vector<uint8_t> all_take_part(scene_.views.size(), 0);
     const auto judges =
         NeighborPairs(scene_, options_, kGuardNeighborFactor * options_.max_num_neighbors,
@@ -288,10 +288,10 @@ class MeshRefiner {
     return SelectOtherFacePairs(views, judges, result_.mesh, regions_, pairs_, selection, context_);
   }
 
-  void Guard(const std::vector<LevelView>& views, const FacePairs& pairs,
+  void Guard(const std::vector<PosedCamera>& views, const FacePairs& pairs,
              const PhotoEnergyOptions& energy) {
-    const GuardSummary summary = RestoreWorseRegions(images_, views, regions_, pairs, input_,
-                                                     Gain(pairs), energy, &result_.mesh, context_);
+    const RollbackSummary summary = RollBackWorseRegions(
+        images_, views, regions_, pairs, input_, Gain(pairs), energy, &result_.mesh, context_);
     result_.num_regions = static_cast<size_t>(regions_.count);
     result_.num_regions_restored = summary.num_regions_restored;
     result_.input_photo_error = summary.input_error;

@@ -12,10 +12,10 @@ constexpr size_t kVerticesPerBlock = 4096;
 constexpr double kUnseen = std::numeric_limits<double>::infinity();
 
 double PixelSize(const Eigen::Vector3d& x_in_world, const Eigen::Vector3f& normal,
-                 const std::vector<LevelView>& views) {
+                 const std::vector<PosedCamera>& views) {
   // Best of the views that face the vertex, that have it in the picture, that it lies before.
   std::array<double, 3> sizes = {kUnseen, kUnseen, kUnseen};
-  for (const LevelView& view : views) {
+  for (const PosedCamera& view : views) {
     const Eigen::Vector3d x = view.cam_from_world * x_in_world;
     if (!(x.z() > 0)) continue;
     const double size = x.z() / view.camera.MeanFocalLength();
@@ -32,7 +32,8 @@ double PixelSize(const Eigen::Vector3d& x_in_world, const Eigen::Vector3f& norma
 
 }  // namespace
 
-std::vector<double> VertexPixelSizes(const TriangleMesh& mesh, const std::vector<LevelView>& views,
+std::vector<double> VertexPixelSizes(const TriangleMesh& mesh,
+                                     const std::vector<PosedCamera>& views,
                                      const RunContext& context) {
   const std::vector<Eigen::Vector3f> normals = ComputeVertexNormals(mesh);
   std::vector<double> sizes(mesh.vertices.size());

@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "lsmvs/geometry/posed_camera.h"
 #include "lsmvs/mesh/triangle_mesh.h"
-#include "lsmvs/refinement/surface_warp.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
@@ -13,7 +13,8 @@ namespace lsmvs {
 // such a view of those that have it in the picture; or else of those that it lies before. What is
 // in the way does not count, so that sizes are rather too small. Vertices behind all cameras take
 // the smallest size of all, and 0 without views. O(#V #views).
-std::vector<double> VertexPixelSizes(const TriangleMesh& mesh, const std::vector<LevelView>& views,
+std::vector<double> VertexPixelSizes(const TriangleMesh& mesh,
+                                     const std::vector<PosedCamera>& views,
                                      const RunContext& context);
 
 }  // namespace lsmvs

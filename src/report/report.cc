@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "lsmvs/report/mesh_packing.h"
-#include "lsmvs/report/page_template.h"
+#include "lsmvs/report/page/mesh_packing.h"
+#include "lsmvs/report/page/page_template.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 
@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 Json VectorJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-Json ViewpointJson(const Viewpoint& viewpoint) {
+Json ViewpointJson(const PosedCamera& viewpoint) {
   const PinholeCamera& c = viewpoint.camera;
   const Eigen::Matrix3d& r = viewpoint.cam_from_world.rotation;
   Json rotation = Json::array();

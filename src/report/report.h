@@ -18,7 +18,7 @@ namespace lsmvs {
 // A photo that the page can jump to.
 struct ReportPhoto {
   std::string name;
-  Viewpoint viewpoint;  // of the full-size photo
+  PosedCamera viewpoint;  // of the full-size photo
   std::vector<uint8_t>
       jpeg;  // the photo at any size; empty: the page has its pose but not its picture
 };

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "lsmvs/geometry/triangulation.h"
-#include "lsmvs/scene/same_sights.h"
+#include "lsmvs/scene/selection/same_sights.h"
 
 namespace lsmvs {
 

@@ -6,12 +6,12 @@
 #include <numbers>
 #include <utility>
 
+#include "lsmvs/geometry/inverse_depth_transfer.h"
 #include "lsmvs/image/largest_image.h"
 #include "lsmvs/scene/center_groups.h"
 #include "lsmvs/scene/packed_depth_map.h"
-#include "lsmvs/stereo/plane_map.h"
-#include "lsmvs/stereo/view_geometry.h"
-#include "lsmvs/stereo/weak_support.h"
+#include "lsmvs/stereo/fusion/speckle_filter.h"
+#include "lsmvs/stereo/sampling/plane_map.h"
 
 namespace lsmvs {
 
@@ -337,7 +337,7 @@ Raster<uint8_t> Fuser::Accept(const LoadedView& reference, const PixelSet& cover
       support.pixels[i] = kWeakSupport;
     }
   }
-  DropSmallWeakAreas(depths, options_.max_depth_error, kMinWeakArea, &support);
+  FilterSpeckles(depths, options_.max_depth_error, kMinWeakArea, &support);
   return support;
 }
 

@@ -6,12 +6,12 @@
 #include <memory>
 #include <numbers>
 
+#include "lsmvs/geometry/inverse_depth_transfer.h"
 #include "lsmvs/geometry/triangulation.h"
 #include "lsmvs/image/largest_image.h"
 #include "lsmvs/scene/packed_depth_map.h"
-#include "lsmvs/stereo/level_matcher.h"
-#include "lsmvs/stereo/plain_zones.h"
-#include "lsmvs/stereo/view_geometry.h"
+#include "lsmvs/stereo/patch_match/level_matcher.h"
+#include "lsmvs/stereo/patch_match/textureless_filter.h"
 #include "lsmvs/util/check.h"
 
 namespace lsmvs {
@@ -44,7 +44,7 @@ constexpr float kMinTextureToNoise = 2;
 constexpr float kMinWindowToNoise = 4;
 // Displacement in the neighbours by which a plain zone may bulge out of its rim's chord, and by
 // which the depths of adjacent pixels of one surface differ; pixels.
-constexpr double kMaxPlainBulgePx = 4, kMaxPlainStepPx = 1.5;
+constexpr double kMaxTexturelessBulgePx = 4, kMaxTexturelessStepPx = 1.5;
 // Grey variance that rounding to whole levels leaves at any level of the pyramid.
 constexpr double kRoundingVariance = 0.1;
 
@@ -59,7 +59,7 @@ void CopyTo(const Eigen::Vector3d& vector, float* out) {
 struct Level {
   PinholeCamera camera;
   std::shared_ptr<const GrayImage> gray;
-  std::vector<std::unique_ptr<CellImage>> cells;
+  std::vector<std::unique_ptr<PackedImage>> cells;
   std::vector<std::unique_ptr<PlaneMap>> neighbor_planes;
   MatchingProblem problem;
 };
@@ -153,13 +153,13 @@ void ViewMatcher::AddSource(const PinholeCamera& camera, int neighbor_idx, int l
   PinholeCamera neighbor_camera = images_.Camera(neighbor_idx, level);
   neighbor_camera.cx -= 0.5;  // SourceView counts from the first pixel's centre
   neighbor_camera.cy -= 0.5;
-  const ViewGeometry geometry =
-      BFromA(neighbor_camera, camera, neighbor.cam_from_world * reference.cam_from_world.Inverse());
-  out->cells.push_back(std::make_unique<CellImage>(*images_.Gray(neighbor_idx, level)));
+  const InverseDepthTransfer geometry = MakeInverseDepthTransfer(
+      neighbor_camera, camera, neighbor.cam_from_world * reference.cam_from_world.Inverse());
+  out->cells.push_back(std::make_unique<PackedImage>(*images_.Gray(neighbor_idx, level)));
   SourceView source;
   source.image = out->cells.back().get();
-  CopyTo(geometry.m, source.m);
-  CopyTo(geometry.e, source.e);
+  CopyTo(geometry.homography, source.m);
+  CopyTo(geometry.epipole, source.e);
   out->problem.sources.push_back(source);
 }
 
@@ -171,14 +171,16 @@ void ViewMatcher::AddSourcePlanes(const PinholeCamera& camera, int neighbor_idx,
     const PinholeCamera map_camera = neighbor.camera.Resized(map->depth.width, map->depth.height);
     const Rigid3 neighbor_from_reference =
         neighbor.cam_from_world * reference.cam_from_world.Inverse();
-    const ViewGeometry forward = BFromA(map_camera, camera, neighbor_from_reference);
-    const ViewGeometry backward = BFromA(camera, map_camera, neighbor_from_reference.Inverse());
+    const InverseDepthTransfer forward =
+        MakeInverseDepthTransfer(map_camera, camera, neighbor_from_reference);
+    const InverseDepthTransfer backward =
+        MakeInverseDepthTransfer(camera, map_camera, neighbor_from_reference.Inverse());
     out->neighbor_planes.push_back(std::make_unique<PlaneMap>(ToPlaneMap(map_camera, *map)));
     planes.planes = out->neighbor_planes.back().get();
-    CopyTo(forward.m, planes.forward_m);
-    CopyTo(forward.e, planes.forward_e);
-    CopyTo(backward.m, planes.backward_m);
-    CopyTo(backward.e, planes.backward_e);
+    CopyTo(forward.homography, planes.forward_m);
+    CopyTo(forward.epipole, planes.forward_e);
+    CopyTo(backward.homography, planes.backward_m);
+    CopyTo(backward.epipole, planes.backward_e);
   }
   out->problem.source_planes.push_back(planes);
 }
@@ -297,12 +299,12 @@ void ViewMatcher::FilterExtrapolation(const Level& level, PlaneMap* planes) cons
   const double displacement_px = level.camera.fx * MeanBaseline();  // of a unit of inverse depth
   const Raster<uint8_t> textured = TexturedPixels(
       *level.gray, kTextureRadius, kMinTextureToNoise * level.problem.noise_variance);
-  const PlainSettings settings = {
-      .max_deviation = static_cast<float>(kMaxPlainBulgePx / displacement_px),
-      .max_step = static_cast<float>(kMaxPlainStepPx / displacement_px),
+  const TexturelessFilterOptions settings = {
+      .max_deviation = static_cast<float>(kMaxTexturelessBulgePx / displacement_px),
+      .max_step = static_cast<float>(kMaxTexturelessStepPx / displacement_px),
       .border_reach = 2 * options_.window_radius + 1,
       .texture_radius = kTextureRadius};
-  DropExtrapolatedPlains(textured, settings, planes);
+  FilterTexturelessPixels(textured, settings, planes);
 }
 
 DepthMap ViewMatcher::Run(const RunContext& context) {

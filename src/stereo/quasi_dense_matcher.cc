@@ -8,13 +8,13 @@
 #include <memory>
 
 #include "lsmvs/image/largest_image.h"
-#include "lsmvs/stereo/quasi_dense_grids_internal.h"
-#include "lsmvs/stereo/quasi_dense_images_internal.h"
-#include "lsmvs/stereo/quasi_dense_mutual_internal.h"
-#include "lsmvs/stereo/quasi_dense_pairs_internal.h"
-#include "lsmvs/stereo/quasi_dense_points_internal.h"
-#include "lsmvs/stereo/quasi_dense_search_internal.h"
-#include "lsmvs/stereo/quasi_dense_tracks_internal.h"
+#include "lsmvs/stereo/quasi_dense/cross_check.h"
+#include "lsmvs/stereo/quasi_dense/grid_store.h"
+#include "lsmvs/stereo/quasi_dense/image_cache.h"
+#include "lsmvs/stereo/quasi_dense/pairs.h"
+#include "lsmvs/stereo/quasi_dense/points.h"
+#include "lsmvs/stereo/quasi_dense/search.h"
+#include "lsmvs/stereo/quasi_dense/tracks.h"
 #include "lsmvs/util/check.h"
 #include "lsmvs/util/error.h"
 
@@ -273,7 +273,7 @@ class Matcher {
   const QuasiDenseOptions& options_;
   QuasiDenseResult* result_;
   const RunContext& context_;
-  CellImages cells_;
+  PackedImageCache cells_;
   std::vector<std::vector<int>> neighbors_;
   std::vector<DepthRange> ranges_;
   WindowPattern pattern_;

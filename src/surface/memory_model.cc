@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "lsmvs/surface/cell_complex.h"
 #include "lsmvs/surface/point_merging.h"
+#include "lsmvs/surface/tetrahedralization.h"
 
 namespace lsmvs {
 

@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "lsmvs/geometry/hilbert_order.h"
-#include "lsmvs/surface/point_grid.h"
-#include "lsmvs/surface/point_order.h"
+#include "lsmvs/surface/points/point_grid.h"
+#include "lsmvs/surface/points/point_order.h"
 
 namespace lsmvs {
 

@@ -24,7 +24,7 @@ struct Facet {
 
 class Extractor {
  public:
-  explicit Extractor(CellComplex* complex) : complex_(*complex) {}
+  explicit Extractor(Tetrahedralization* complex) : complex_(*complex) {}
 
   ExtractedSurface Run() {
     CollectFacets();
@@ -280,7 +280,7 @@ class Extractor {
     }
   }
 
-  CellComplex& complex_;
+  Tetrahedralization& complex_;
   std::vector<Facet> facets_;
   std::vector<int32_t> corner_vertex_;
   ExtractedSurface result_;
@@ -288,7 +288,7 @@ class Extractor {
 
 }  // namespace
 
-ExtractedSurface ExtractSurface(CellComplex complex) {
+ExtractedSurface ExtractSurface(Tetrahedralization complex) {
   return Extractor(&complex).Run();
 }
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "lsmvs/mesh/triangle_mesh.h"
-#include "lsmvs/surface/cell_complex.h"
+#include "lsmvs/surface/tetrahedralization.h"
 
 namespace lsmvs {
 
@@ -27,6 +27,6 @@ struct ExtractedSurface {
 // cut, and free of self-intersections (it may touch itself). Order: independent of that of the
 // cells: vertices by the complex' vertices, faces by their vertices. O(n log n). Frees the cells as soon as
 // it can.
-ExtractedSurface ExtractSurface(CellComplex complex);
+ExtractedSurface ExtractSurface(Tetrahedralization complex);
 
 }  // namespace lsmvs

@@ -9,14 +9,15 @@
 #include <utility>
 
 #include "lsmvs/graph/minimum_cut.h"
-#include "lsmvs/surface/cell_complex.h"
-#include "lsmvs/surface/free_space_filter.h"
+#include "lsmvs/surface/checkpoints/mesher_checkpoints.h"
+#include "lsmvs/surface/extraction/surface_cleaning.h"
 #include "lsmvs/surface/memory_model.h"
-#include "lsmvs/surface/mesher_checkpoints_internal.h"
 #include "lsmvs/surface/point_merging.h"
-#include "lsmvs/surface/surface_cleaning.h"
 #include "lsmvs/surface/surface_extraction.h"
+#include "lsmvs/surface/tetrahedralization.h"
 #include "lsmvs/surface/visibility_weights.h"
+#include "lsmvs/surface/weights/free_space_filter.h"
+#include "lsmvs/surface/weights/ray_weigher.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
 #include "lsmvs/util/scratch_memory.h"
@@ -255,7 +256,7 @@ class Mesher {
   const RunContext& context_;
   const internal::MesherCheckpoints checkpoints_;
   MergedCloud merged_;
-  CellComplex complex_;
+  Tetrahedralization complex_;
   ExtractedSurface surface_;
   VisibilityMesherResult result_;
   MeshingSize size_;

@@ -5,13 +5,15 @@
 #include <cmath>
 #include <limits>
 
+#include "lsmvs/surface/weights/ray_weigher.h"
+
 namespace lsmvs {
 
 namespace {
 
 // Cosine of the angle between facet i and the circumsphere of a tetrahedron, negative where the
 // centre lies beyond the facet.
-std::array<double, 4> CircumsphereCosines(const CellComplex& complex, const Cell& cell) {
+std::array<double, 4> CircumsphereCosines(const Tetrahedralization& complex, const Cell& cell) {
   std::array<Eigen::Vector3d, 4> x;
   for (int k = 0; k < 4; ++k) x[k] = complex.points[cell.vertex[k]].cast<double>();
   const Eigen::Vector3d a = x[1] - x[0], b = x[2] - x[0], c = x[3] - x[0];
@@ -33,7 +35,7 @@ std::array<double, 4> CircumsphereCosines(const CellComplex& complex, const Cell
 }
 
 // Sets the capacities of all facets to the quality term, the same in both directions.
-void WeighQuality(double regularization, const RunContext& context, CellComplex* complex) {
+void WeighQuality(double regularization, const RunContext& context, Tetrahedralization* complex) {
   constexpr size_t kCellBlock = 1 << 14;
   constexpr double kUnit = 1 << 20;
   // First each cell notes its own cosines in the place of the capacities.
@@ -56,7 +58,7 @@ void WeighQuality(double regularization, const RunContext& context, CellComplex*
 }
 
 // What is tied to source and to sink cancels; sums end at the limit.
-void JoinTerminals(CellComplex* complex) {
+void JoinTerminals(Tetrahedralization* complex) {
   const auto limit = [](int32_t* sum) { *sum = std::min(*sum, CutNode::kMaxCapacity); };
   for (Cell& cell : complex->cells) {
     for (int32_t& capacity : cell.capacity) limit(&capacity);
@@ -69,7 +71,7 @@ void JoinTerminals(CellComplex* complex) {
 
 }  // namespace
 
-std::vector<float> VertexSigmas(const CellComplex& complex, double distance_sigma_factor,
+std::vector<float> VertexSigmas(const Tetrahedralization& complex, double distance_sigma_factor,
                                 const RunContext& context) {
   (void)context;
   // The nearest of each vertex' Delaunay neighbours, ascending.
@@ -119,7 +121,7 @@ std::vector<float> VertexSigmas(const CellComplex& complex, double distance_sigm
 
 RayCounters WeighCells(const Scene& scene, const MergedCloud& cloud,
                        const VisibilityWeightOptions& options, const RunContext& context,
-                       CellComplex* complex) {
+                       Tetrahedralization* complex) {
   RayWeights weights;
   for (const View& view : scene.views) {
     weights.centers.push_back(cloud.frame.FromWorld(view.CenterInWorld()));

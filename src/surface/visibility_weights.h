@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 #include "lsmvs/scene/scene.h"
-#include "lsmvs/surface/cell_complex.h"
 #include "lsmvs/surface/point_merging.h"
-#include "lsmvs/surface/ray_weigher.h"
+#include "lsmvs/surface/tetrahedralization.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
@@ -13,6 +15,18 @@ struct VisibilityWeightOptions {
   double sink_distance_factor = 0;
   double quality_regularization = 0;
   double sink_weight = 1;  // of what a sight says of the space behind it, against that before it
+};
+
+struct RayCounters {
+  size_t num_rays = 0;
+  size_t num_crossings = 0;  // facets crossed; where rays go one way together, once
+  size_t num_lost_rays = 0;
+
+  void Add(const RayCounters& other) {
+    num_rays += other.num_rays;
+    num_crossings += other.num_crossings;
+    num_lost_rays += other.num_lost_rays;
+  }
 };
 
 // Fills the capacities of the complex' cells from what the views saw (method of
@@ -28,11 +42,11 @@ struct VisibilityWeightOptions {
 // depend on their order.
 RayCounters WeighCells(const Scene& scene, const MergedCloud& cloud,
                        const VisibilityWeightOptions& options, const RunContext& context,
-                       CellComplex* complex);
+                       Tetrahedralization* complex);
 
 // Per vertex distance_sigma_factor times the distance of the fourth nearest of its neighbours in
 // the complex (of the farthest if it has fewer); canonical units. O(cells).
-std::vector<float> VertexSigmas(const CellComplex& complex, double distance_sigma_factor,
+std::vector<float> VertexSigmas(const Tetrahedralization& complex, double distance_sigma_factor,
                                 const RunContext& context);
 
 }  // namespace lsmvs

@@ -40,7 +40,7 @@ int OpenUnnamedFile(const std::filesystem::path& folder) {
 #endif
   std::string name = (folder / "lsmvs-scratch-XXXXXX").string();
   const int named = ::mkostemp(name.data(), O_CLOEXEC);
-  if (named < 0) throw FileSystemError(folder.string(), "cannot make a scratch file in", errno);
+  if (named < 0) throw FileSystemError(folder.string(), "make a scratch file there", errno);
   ::unlink(name.c_str());
   return named;
 }
@@ -55,7 +55,7 @@ void UnnamedFile::Write(uint64_t offset, const void* bytes, size_t count) {
     return ::pwrite(file_, static_cast<const char*>(bytes) + at, count - at,
                     static_cast<off_t>(offset + at));
   });
-  if (!done) throw FileSystemError(folder_.string(), "cannot write to a scratch file in", errno);
+  if (!done) throw FileSystemError(folder_.string(), "write to a scratch file there", errno);
 }
 
 void UnnamedFile::Read(uint64_t offset, void* bytes, size_t count) const {
@@ -63,7 +63,7 @@ void UnnamedFile::Read(uint64_t offset, void* bytes, size_t count) const {
     return ::pread(file_, static_cast<char*>(bytes) + at, count - at,
                    static_cast<off_t>(offset + at));
   });
-  if (!done) throw FileSystemError(folder_.string(), "cannot read a scratch file in", errno);
+  if (!done) throw FileSystemError(folder_.string(), "read from a scratch file there", errno);
 }
 
 }  // namespace lsmvs

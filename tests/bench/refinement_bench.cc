@@ -13,8 +13,8 @@
 
 #include "lsmvs/image/rasterizer.h"
 #include "lsmvs/refinement/mesh_refiner.h"
-#include "lsmvs/refinement/surface_warp.h"
-#include "lsmvs/refinement/window_correlation.h"
+#include "lsmvs/refinement/photo/surface_warp.h"
+#include "lsmvs/refinement/photo/window_correlation.h"
 #include "lsmvs/synthetic/surface_error.h"
 #include "lsmvs/synthetic/synthetic_scene.h"
 #include "lsmvs/test_support/temporary_folder.h"
@@ -122,8 +122,8 @@ void BM_WarpRow(benchmark::State& state) {
     RasterizeMesh(views[v].camera, views[v].cam_from_world, scene.mesh.vertices, scene.mesh.faces,
                   {}, &maps[v]);
   }
-  const PairGeometry pair = MakePairGeometry({views[0].camera, views[0].cam_from_world},
-                                             {views[1].camera, views[1].cam_from_world});
+  const InverseDepthTransfer pair = MakeInverseDepthTransfer(
+      {views[1].camera, views[1].cam_from_world}, {views[0].camera, views[0].cam_from_world});
   const auto gray = scene.images->Gray(1, 0);
   std::vector<float> warped(640), derivative(640), valid(640);
   for (auto _ : state) {

@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "lsmvs/stereo/packet_scorer.h"
-#include "lsmvs/stereo/quasi_dense_window_internal.h"
+#include "lsmvs/stereo/patch_match/matching_cost.h"
+#include "lsmvs/stereo/quasi_dense/window.h"
 
 namespace lsmvs {
 namespace {
@@ -20,7 +20,7 @@ struct BenchScene {
             static_cast<float>(128 + 60 * std::sin(0.3 * column) * std::cos(0.2 * row));
       }
     }
-    cells = CellImage(gray);
+    cells = PackedImage(gray);
     source.image = &cells;
     const float m[9] = {1, 0.01f, -0.5f, -0.01f, 1, -0.5f, 0, 0, 1};
     std::copy(m, m + 9, source.m);
@@ -42,7 +42,7 @@ struct BenchScene {
     return pixels;
   }
   GrayImage gray;
-  CellImage cells;
+  PackedImage cells;
   SourceView source;
   MatchingProblem problem;
   PlanePacket planes;
@@ -107,7 +107,7 @@ BENCHMARK(BM_ForwardBackwardError);
 // One window against candidates along an epipolar line, as quasi-dense matching scores them.
 void BM_CompareWindow(benchmark::State& state) {
   const BenchScene scene;
-  const CellImage cells = CellImage(scene.gray);
+  const PackedImage cells = PackedImage(scene.gray);
   const auto pattern = quasi_dense::MakeWindowPattern(static_cast<int>(state.range(0)));
   quasi_dense::WindowWarp warp{
       .x = 700, .y = 500, .xx = 1.05f, .xy = 0.1f, .yx = -0.1f, .yy = 0.9f};

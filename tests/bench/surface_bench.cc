@@ -14,8 +14,8 @@
 #include <utility>
 
 #include "lsmvs/graph/minimum_cut.h"
-#include "lsmvs/surface/cell_complex.h"
 #include "lsmvs/surface/point_merging.h"
+#include "lsmvs/surface/tetrahedralization.h"
 #include "lsmvs/surface/visibility_mesher.h"
 #include "lsmvs/surface/visibility_weights.h"
 #include "lsmvs/synthetic/sampled_cloud.h"
@@ -63,11 +63,11 @@ BENCHMARK(BM_Insertion)->Arg(50000)->Arg(200000)->Unit(benchmark::kMillisecond);
 void BM_RayWalk(benchmark::State& state) {
   const BenchCloud bench(state.range(0), 0.25);
   const MergedCloud merged = bench.Merge();
-  const CellComplex complex = BuildDelaunay(merged.positions);
+  const Tetrahedralization complex = BuildDelaunay(merged.positions);
   size_t num_crossings = 0;
   for (auto _ : state) {
     state.PauseTiming();
-    CellComplex weighed = complex;
+    Tetrahedralization weighed = complex;
     state.ResumeTiming();
     num_crossings +=
         WeighCells(bench.scene.scene, merged, kWeights, kContext, &weighed).num_crossings;
@@ -80,7 +80,7 @@ BENCHMARK(BM_RayWalk)->Arg(50000)->Arg(200000)->Unit(benchmark::kMillisecond);
 void BM_Cut(benchmark::State& state) {
   const BenchCloud bench(state.range(0), 0.25 * static_cast<double>(state.range(1)));
   const MergedCloud merged = bench.Merge();
-  CellComplex complex = BuildDelaunay(merged.positions);
+  Tetrahedralization complex = BuildDelaunay(merged.positions);
   WeighCells(bench.scene.scene, merged, kWeights, kContext, &complex);
   for (auto _ : state) {
     state.PauseTiming();

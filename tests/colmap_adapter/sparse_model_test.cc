@@ -7,7 +7,7 @@
 
 #include "lsmvs/adapter_test/corruption.h"
 #include "lsmvs/adapter_test/small_model.h"
-#include "lsmvs/colmap_adapter/camera_model.h"
+#include "lsmvs/colmap_adapter/model/camera_model.h"
 #include "lsmvs/colmap_adapter/sparse_model_io.h"
 #include "lsmvs/test_support/temporary_folder.h"
 #include "lsmvs/test_support/test_data.h"

@@ -1,4 +1,4 @@
-#include "lsmvs/evaluation/closest_points.h"
+#include "lsmvs/evaluation/samples/closest_points.h"
 
 #include <gtest/gtest.h>
 

@@ -7,14 +7,14 @@
 namespace lsmvs {
 namespace {
 
-ColorImage Render(const TriangleMesh& mesh, const Viewpoint& viewpoint,
+ColorImage Render(const TriangleMesh& mesh, const PosedCamera& viewpoint,
                   const RenderOptions& options = {}, int threads = 2) {
   const RunContext context(threads);
   return RenderMesh(mesh, MeshTracer(mesh, context), viewpoint, options, context);
 }
 
-Viewpoint Turntable(const TriangleMesh& mesh, double azimuth_deg, double elevation_deg, int width,
-                    int height) {
+PosedCamera Turntable(const TriangleMesh& mesh, double azimuth_deg, double elevation_deg, int width,
+                      int height) {
   TurntableOptions options;
   options.azimuth_deg = azimuth_deg;
   options.elevation_deg = elevation_deg;
@@ -52,7 +52,7 @@ TEST(MeshRenderer, PixelsLieWhereTheCameraProjects) {
 TEST(MeshRenderer, TurntableShowsAllOfTheMesh) {
   const TriangleMesh mesh = test::Scaled(test::SphereMesh(3, 24), 1, {100, -50, 7});
   for (const double azimuth : {0.0, 77.0, 200.0}) {
-    const Viewpoint viewpoint = Turntable(mesh, azimuth, 25, 160, 120);
+    const PosedCamera viewpoint = Turntable(mesh, azimuth, 25, 160, 120);
     int inside = 0;
     for (const Eigen::Vector3d& x : mesh.vertices) {
       const Eigen::Vector3d x_in_cam = viewpoint.cam_from_world * x;
@@ -71,7 +71,7 @@ TEST(MeshRenderer, TurntableFacesTheFront) {
   TurntableOptions options;
   options.front = {1, 2, 5};
   options.elevation_deg = 0;
-  const Viewpoint viewpoint = TurntableViewpoint(test::SphereMesh(1, 12).vertices, options);
+  const PosedCamera viewpoint = TurntableViewpoint(test::SphereMesh(1, 12).vertices, options);
   const Eigen::Vector3d center = viewpoint.cam_from_world.OriginInSource();
   EXPECT_NEAR(center.normalized().dot(Eigen::Vector3d(1, 2, 0).normalized()), 1, 1e-6);
   EXPECT_NEAR(viewpoint.cam_from_world.rotation.determinant(), 1, 1e-12);
@@ -82,7 +82,7 @@ TEST(MeshRenderer, TurntableIgnoresOutliersWhenAsked) {
   mesh.vertices.emplace_back(1000, 0, 0);
   TurntableOptions options;
   options.fit_share = 0.99;
-  const Viewpoint viewpoint = TurntableViewpoint(mesh.vertices, options);
+  const PosedCamera viewpoint = TurntableViewpoint(mesh.vertices, options);
   EXPECT_LT(viewpoint.cam_from_world.OriginInSource().norm(), 5);
 }
 
@@ -104,7 +104,7 @@ TEST(MeshRenderer, OcclusionDarkensCorners) {
 
 TEST(MeshRenderer, ThreadsChangeNothing) {
   const TriangleMesh mesh = test::SphereMesh(1, 20);
-  const Viewpoint viewpoint = Turntable(mesh, 10, 10, 50, 40);
+  const PosedCamera viewpoint = Turntable(mesh, 10, 10, 50, 40);
   for (const RenderStyle style : {RenderStyle::kShaded, RenderStyle::kLit, RenderStyle::kDepth}) {
     RenderOptions options;
     options.style = style;
@@ -115,7 +115,7 @@ TEST(MeshRenderer, ThreadsChangeNothing) {
 }
 
 TEST(MeshRenderer, AnEmptyMeshIsBackground) {
-  const Viewpoint viewpoint = Turntable({}, 0, 0, 8, 8);
+  const PosedCamera viewpoint = Turntable({}, 0, 0, 8, 8);
   EXPECT_EQ(Render({}, viewpoint)(0, 0)[0], Render({}, viewpoint)(7, 0)[0]);
 }
 

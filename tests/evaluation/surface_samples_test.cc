@@ -1,4 +1,4 @@
-#include "lsmvs/evaluation/surface_samples.h"
+#include "lsmvs/evaluation/samples/surface_samples.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "lsmvs/evaluation/view_coverage.h"
+#include "lsmvs/evaluation/photos/view_coverage.h"
 
 #include <gtest/gtest.h>
 

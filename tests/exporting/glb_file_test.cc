@@ -1,4 +1,4 @@
-#include "lsmvs/exporting/glb_file.h"
+#include "lsmvs/exporting/files/glb_file.h"
 
 #include <gtest/gtest.h>
 

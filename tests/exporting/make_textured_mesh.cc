@@ -17,8 +17,8 @@
 namespace lsmvs {
 namespace {
 
-Viewpoint TestViewpoint() {
-  Viewpoint viewpoint;
+PosedCamera TestViewpoint() {
+  PosedCamera viewpoint;
   viewpoint.camera = {800, 600, 900, 900, 400, 300};
   const Eigen::Matrix3d rotation = (Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()) *
                                     Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitY()) *
@@ -32,7 +32,7 @@ void Draw(const std::filesystem::path& path, const TriangleMesh& mesh,
           const TexturePages* texture) {
   const RunContext context(2);
   const MeshTracer tracer(mesh, context);
-  const Viewpoint viewpoint = TestViewpoint();
+  const PosedCamera viewpoint = TestViewpoint();
   RenderOptions options;
   options.style = RenderStyle::kColor;
   options.antialiasing = 1;
@@ -46,7 +46,7 @@ void Draw(const std::filesystem::path& path, const TriangleMesh& mesh,
 }
 
 void WriteCamera(const std::filesystem::path& path) {
-  const Viewpoint viewpoint = TestViewpoint();
+  const PosedCamera viewpoint = TestViewpoint();
   std::string rotation;
   for (int i = 0; i < 9; ++i) {
     rotation +=

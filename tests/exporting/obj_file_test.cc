@@ -1,4 +1,4 @@
-#include "lsmvs/exporting/obj_file.h"
+#include "lsmvs/exporting/files/obj_file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "lsmvs/exporting/page_parts.h"
+#include "lsmvs/exporting/pages/page_parts.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 #include "fuzz_input.h"
-#include "lsmvs/colmap_adapter/sparse_model_internal.h"
+#include "lsmvs/colmap_adapter/model/sparse_model_parts.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace lsmvs;

@@ -1,5 +1,5 @@
 #include "fuzz_input.h"
-#include "lsmvs/colmap_adapter/visibility_file_internal.h"
+#include "lsmvs/colmap_adapter/files/visibility_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace lsmvs;

@@ -186,7 +186,7 @@ Nodes SceneGraph(ShapeName shape, double outlier_fraction, double quality_regula
   MergedCloud merged =
       MergePoints(scene.scene, SampleCloud(*scene.shape, scene.scene, sampling, context),
                   {.max_proj_dist = 2, .max_depth_dist = 0.01, .visibility_sigma = 3}, context);
-  CellComplex complex = BuildDelaunay(std::exchange(merged.positions, {}));
+  Tetrahedralization complex = BuildDelaunay(std::exchange(merged.positions, {}));
   WeighCells(scene.scene, merged,
              {.distance_sigma_factor = 1,
               .sink_distance_factor = 0.5,

@@ -10,8 +10,8 @@
 
 #include "lsmvs/evaluation/surface_evaluator.h"
 #include "lsmvs/mesh/edge_lengths.h"
-#include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/inspect.h"
+#include "lsmvs/mesh/self_intersections.h"
 #include "lsmvs/synthetic/analytic_shapes.h"
 #include "lsmvs/synthetic/overlapping_pieces.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <set>
 
-#include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/inspect.h"
+#include "lsmvs/mesh/self_intersections.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
 #include "simple_meshes.h"
 

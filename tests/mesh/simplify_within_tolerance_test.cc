@@ -10,9 +10,9 @@
 
 #include "lsmvs/evaluation/mesh_tracer.h"
 #include "lsmvs/geometry/distances.h"
-#include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/inspect.h"
 #include "lsmvs/mesh/repair.h"
+#include "lsmvs/mesh/self_intersections.h"
 #include "lsmvs/mesh/simplify.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
 #include "simple_meshes.h"

@@ -1,4 +1,4 @@
-#include "lsmvs/pipeline/cloud_check.h"
+#include "lsmvs/pipeline/tasks/cloud_check.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

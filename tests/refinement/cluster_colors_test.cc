@@ -1,4 +1,4 @@
-#include "lsmvs/refinement/cluster_colors.h"
+#include "lsmvs/refinement/regions/cluster_colors.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "lsmvs/refinement/finishing.h"
+#include "lsmvs/refinement/finishing/finishing.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "lsmvs/refinement/line_search.h"
+#include "lsmvs/refinement/step/line_search.h"
 
 #include <gtest/gtest.h>
 

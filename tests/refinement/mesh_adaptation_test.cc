@@ -1,9 +1,9 @@
-#include "lsmvs/refinement/mesh_adaptation.h"
+#include "lsmvs/refinement/step/mesh_adaptation.h"
 
 #include <gtest/gtest.h>
 
-#include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/inspect.h"
+#include "lsmvs/mesh/self_intersections.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
 
 namespace lsmvs {

@@ -9,8 +9,8 @@
 #include <random>
 #include <string>
 
-#include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/inspect.h"
+#include "lsmvs/mesh/self_intersections.h"
 #include "lsmvs/synthetic/surface_error.h"
 #include "lsmvs/synthetic/synthetic_scene.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"

@@ -1,4 +1,4 @@
-#include "lsmvs/refinement/pair_selection.h"
+#include "lsmvs/refinement/photo/pair_selection.h"
 
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ struct TownPairs {
   SyntheticScene s;
   TriangleMesh mesh;
   FaceRegions regions;
-  std::vector<LevelView> views;
+  std::vector<PosedCamera> views;
   std::vector<ViewPair> candidates;
 };
 
@@ -49,7 +49,7 @@ Eigen::Vector3d Middle(const TriangleMesh& mesh, size_t f) {
 
 // As its definition says, by rays to the exact shape.
 bool Sees(const TownPairs& town, int view_idx, size_t f, double min_cosine) {
-  const LevelView& view = town.views[static_cast<size_t>(view_idx)];
+  const PosedCamera& view = town.views[static_cast<size_t>(view_idx)];
   const Eigen::Vector3d middle = Middle(town.mesh, f), x = view.cam_from_world * middle;
   if (x.z() <= 0 || !view.camera.Contains(view.camera.Project(x))) return false;
   const Eigen::Vector3d center = view.cam_from_world.OriginInSource();

@@ -1,4 +1,4 @@
-#include "lsmvs/refinement/photo_energy.h"
+#include "lsmvs/refinement/photo/photo_energy.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <memory>
 #include <random>
 
-#include "lsmvs/refinement/pair_selection.h"
+#include "lsmvs/refinement/photo/pair_selection.h"
 #include "lsmvs/synthetic/cameras.h"
 #include "lsmvs/synthetic/photo.h"
 #include "lsmvs/test_support/temporary_folder.h"
@@ -82,7 +82,7 @@ class GroundScene : public testing::Test {
 
   RunContext context_;
   TemporaryFolder folder_;
-  std::vector<LevelView> views_;
+  std::vector<PosedCamera> views_;
   std::vector<ImageSource> sources_;
   std::unique_ptr<ImageStore> images_;
   TriangleMesh mesh_;

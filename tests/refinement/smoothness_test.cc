@@ -1,4 +1,4 @@
-#include "lsmvs/refinement/smoothness.h"
+#include "lsmvs/refinement/step/smoothness.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <numeric>
 #include <random>
 
-#include "lsmvs/refinement/step_solver.h"
+#include "lsmvs/refinement/step/step_solver.h"
 #include "lsmvs/test_support/grid_mesh.h"
 
 namespace lsmvs {

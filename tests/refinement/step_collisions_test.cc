@@ -1,8 +1,8 @@
-#include "lsmvs/refinement/step_collisions.h"
+#include "lsmvs/refinement/step/step_collisions.h"
 
 #include <gtest/gtest.h>
 
-#include "lsmvs/mesh/face_crossings.h"
+#include "lsmvs/mesh/self_intersections.h"
 
 namespace lsmvs {
 namespace {

@@ -6,8 +6,8 @@ namespace lsmvs {
 namespace {
 
 // At z = -distance, looking along z.
-LevelView ViewFrom(double distance, double focal_length) {
-  LevelView view;
+PosedCamera ViewFrom(double distance, double focal_length) {
+  PosedCamera view;
   view.camera.width = view.camera.height = 100;
   view.camera.fx = view.camera.fy = focal_length;
   view.camera.cx = view.camera.cy = 50;
@@ -33,9 +33,9 @@ TEST(VertexPixelSizes, AreThoseOfTheFinestView) {
 
 TEST(VertexPixelSizes, FacingViewsAndPicturesComeFirst) {
   TriangleMesh mesh = TwoTriangles();
-  LevelView aside = ViewFrom(1, 1000);  // the finest, but with nothing in its picture
+  PosedCamera aside = ViewFrom(1, 1000);  // the finest, but with nothing in its picture
   aside.cam_from_world.translation.x() = 50;
-  LevelView behind = ViewFrom(0, 100);  // turned about y, at z = 30: sees the second face's front
+  PosedCamera behind = ViewFrom(0, 100);  // turned about y, at z = 30: sees the second face's front
   behind.cam_from_world.rotation = Eigen::Vector3d(-1, 1, -1).asDiagonal();
   behind.cam_from_world.translation = {0, 0, 30};
   const std::vector<double> sizes =

@@ -1,4 +1,4 @@
-#include "lsmvs/refinement/vertex_quality.h"
+#include "lsmvs/refinement/finishing/vertex_quality.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "lsmvs/refinement/window_correlation.h"
+#include "lsmvs/refinement/photo/window_correlation.h"
 
 #include <gtest/gtest.h>
 

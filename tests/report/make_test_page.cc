@@ -33,8 +33,8 @@ TriangleMesh WavySquare(int n, double height, const Color& color) {
 }
 
 // A camera at `center` that looks at the origin, y up in the world.
-Viewpoint LookingAtOrigin(const Eigen::Vector3d& center) {
-  Viewpoint viewpoint;
+PosedCamera LookingAtOrigin(const Eigen::Vector3d& center) {
+  PosedCamera viewpoint;
   viewpoint.camera = {640, 480, 700, 700, 330, 236};
   const Eigen::Vector3d forward = -center.normalized();
   const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitY()).normalized();

@@ -1,4 +1,4 @@
-#include "lsmvs/report/mesh_packing.h"
+#include "lsmvs/report/page/mesh_packing.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>

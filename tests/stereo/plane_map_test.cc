@@ -1,8 +1,8 @@
-#include "lsmvs/stereo/plane_map.h"
+#include "lsmvs/stereo/sampling/plane_map.h"
 
 #include <gtest/gtest.h>
 
-#include "lsmvs/stereo/cell_image.h"
+#include "lsmvs/stereo/sampling/packed_image.h"
 
 namespace lsmvs {
 namespace {
@@ -66,11 +66,11 @@ TEST(PlaneMap, ResizesAPlaneExactly) {
   ExpectSame(ToDepthMap(kCamera, ResizePlaneMap(planes, 64, 48)), PlaneDepthMap(kCamera));
 }
 
-TEST(CellImage, HoldsFourPixelsACellAndRepeatsBorders) {
+TEST(PackedImage, HoldsFourPixelsACellAndRepeatsBorders) {
   GrayImage image(3, 2);
   const float grays[] = {0.4f, 10.6f, 20.0f, 255.0f, 40.0f, 300.0f};
   std::copy(grays, grays + 6, image.pixels.begin());
-  const CellImage cells(image);
+  const PackedImage cells(image);
   const auto cell = [&](int column, int row) {
     return cells.Origin()[row * cells.stride + column];
   };

@@ -1,10 +1,10 @@
-#include "lsmvs/stereo/quasi_dense_pairs_internal.h"
+#include "lsmvs/stereo/quasi_dense/pairs.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "lsmvs/stereo/quasi_dense_planes_internal.h"
+#include "lsmvs/stereo/quasi_dense/planes.h"
 #include "lsmvs/synthetic/cameras.h"
 #include "lsmvs/synthetic/random.h"
 
@@ -14,7 +14,7 @@ namespace {
 struct TwoViews {
   PinholeCamera camera_a = MakeCamera(640, 480), camera_b = MakeCamera(500, 400, 1.5);
   Rigid3 a = LookAt({0.2, -3, 0.1}, {0, 0, 0}), b = LookAt({1.1, -2.8, 0.4}, {0, 0.1, 0});
-  PairGeometry geometry = MakePairGeometry(a, camera_a, b, camera_b);
+  InverseDepthTransferf geometry = MakePairTransfer(a, camera_a, b, camera_b);
 
   // Image in b of the pixel of a on the plane given at `origin`.
   Eigen::Vector2d Map(const Eigen::Vector2d& x_px, const Eigen::Vector2d& origin,
@@ -63,8 +63,8 @@ TEST(QuasiDensePairs, WarpsAsTheCamerasDo) {
 TEST(QuasiDensePairs, BehindTheOtherCameraIsNoImage) {
   // b looks away from what a sees.
   const PinholeCamera camera = MakeCamera(640, 480);
-  const PairGeometry geometry = MakePairGeometry(LookAt({0, -3, 0}, {0, 0, 0}), camera,
-                                                 LookAt({0, -3, 0}, {0, -6, 0}), camera);
+  const InverseDepthTransferf geometry = MakePairTransfer(LookAt({0, -3, 0}, {0, 0, 0}), camera,
+                                                          LookAt({0, -3, 0}, {0, -6, 0}), camera);
   PlaneWarp result;
   EXPECT_FALSE(WarpPlane(geometry, {320, 240}, {0.3f, 0, 0}, &result));
 }

@@ -1,4 +1,4 @@
-#include "lsmvs/stereo/quasi_dense_planes_internal.h"
+#include "lsmvs/stereo/quasi_dense/planes.h"
 
 #include <gtest/gtest.h>
 

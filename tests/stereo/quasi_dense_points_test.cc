@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "lsmvs/stereo/quasi_dense_points_internal.h"
+#include "lsmvs/stereo/quasi_dense/points.h"
 #include "lsmvs/synthetic/random.h"
 
 namespace lsmvs::quasi_dense {

@@ -1,4 +1,4 @@
-#include "lsmvs/stereo/quasi_dense_search_internal.h"
+#include "lsmvs/stereo/quasi_dense/search.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "lsmvs/stereo/quasi_dense_images_internal.h"
+#include "lsmvs/stereo/quasi_dense/image_cache.h"
 #include "lsmvs/test_stereo/quasi_dense_scene.h"
 
 namespace lsmvs::quasi_dense {
@@ -16,7 +16,7 @@ constexpr int kView = 2;
 
 // What the matcher makes for one view on one level.
 SearchView MakeSearchView(const PhotoScene& scene, int level) {
-  CellImages cells(*scene.images, size_t{1} << 30);
+  PackedImageCache cells(*scene.images, size_t{1} << 30);
   const std::vector<int> neighbors = SymmetricNeighbors(scene.neighbors, 4)[kView];
   const DepthRange range = EstimateDepthRanges(scene.synthetic.scene)[kView];
   SearchView view;
@@ -117,8 +117,8 @@ TEST(QuasiDenseSearch, StepIsAPixelOfParallax) {
   const float step = search.StepAt(w);
   float total = 0;
   for (const Pairing& pairing : view.pairings) {
-    const Eigen::Vector2f a = pairing.there.Transfer(position, w - step / 2).hnormalized();
-    const Eigen::Vector2f b = pairing.there.Transfer(position, w + step / 2).hnormalized();
+    const Eigen::Vector2f a = pairing.there(position, w - step / 2).hnormalized();
+    const Eigen::Vector2f b = pairing.there(position, w + step / 2).hnormalized();
     total += (a - b).norm();
   }
   EXPECT_NEAR(total / static_cast<float>(view.pairings.size()), 1, 0.02);

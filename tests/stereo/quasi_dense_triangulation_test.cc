@@ -1,4 +1,4 @@
-#include "lsmvs/stereo/quasi_dense_triangulation_internal.h"
+#include "lsmvs/stereo/quasi_dense/triangulation.h"
 
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>

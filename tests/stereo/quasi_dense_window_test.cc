@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "lsmvs/stereo/quasi_dense_window_internal.h"
+#include "lsmvs/stereo/quasi_dense/window.h"
 #include "lsmvs/synthetic/random.h"
 
 namespace lsmvs::quasi_dense {
@@ -91,7 +91,7 @@ TEST(QuasiDenseWindow, PatternIsASquareWithoutCorners) {
 
 TEST(QuasiDenseWindow, EqualsTheObviousZncc) {
   const GrayImage a = RandomImage(64, 48, 1), b = RandomImage(64, 48, 2);
-  const CellImage cells_a = CellImage(a), cells_b = CellImage(b);
+  const PackedImage cells_a = PackedImage(a), cells_b = PackedImage(b);
   Random random(3);
   for (const int radius : {1, 3, 5, 7}) {
     const WindowPattern pattern = MakeWindowPattern(radius);
@@ -113,17 +113,17 @@ TEST(QuasiDenseWindow, IgnoresGainAndOffset) {
   GrayImage image = RandomImage(32, 32, 5);
   const WindowPattern pattern = MakeWindowPattern(3);
   ReferenceWindow reference;
-  ReadReferenceWindow(CellImage(image), pattern, At(16.5f, 16.5f), &reference);
-  EXPECT_NEAR(CompareWindow(CellImage(image), pattern, At(16.5f, 16.5f), reference), 1, 1e-5);
+  ReadReferenceWindow(PackedImage(image), pattern, At(16.5f, 16.5f), &reference);
+  EXPECT_NEAR(CompareWindow(PackedImage(image), pattern, At(16.5f, 16.5f), reference), 1, 1e-5);
   for (float& value : image.pixels) value = 0.5f * value + 60;
-  EXPECT_NEAR(CompareWindow(CellImage(image), pattern, At(16.5f, 16.5f), reference), 1, 1e-3);
+  EXPECT_NEAR(CompareWindow(PackedImage(image), pattern, At(16.5f, 16.5f), reference), 1, 1e-3);
   for (float& value : image.pixels) value = 255 - value;
-  EXPECT_NEAR(CompareWindow(CellImage(image), pattern, At(16.5f, 16.5f), reference), -1, 1e-3);
+  EXPECT_NEAR(CompareWindow(PackedImage(image), pattern, At(16.5f, 16.5f), reference), -1, 1e-3);
 }
 
 TEST(QuasiDenseWindow, FlatWindowsMatchNothing) {
-  const CellImage flat = CellImage(GrayImage(32, 32, 77.0f));
-  const CellImage textured = CellImage(RandomImage(32, 32, 5));
+  const PackedImage flat = PackedImage(GrayImage(32, 32, 77.0f));
+  const PackedImage textured = PackedImage(RandomImage(32, 32, 5));
   const WindowPattern pattern = MakeWindowPattern(3);
   ReferenceWindow reference;
   ReadReferenceWindow(flat, pattern, At(16, 16), &reference);
@@ -139,14 +139,14 @@ TEST(QuasiDenseWindow, DeviationIsThatOfTheGreyValues) {
     for (int x = 0; x < 32; ++x) image(x, y) = (x + y) % 2 == 0 ? 90.0f : 110.0f;
   }
   ReferenceWindow reference;
-  ReadReferenceWindow(CellImage(image), MakeWindowPattern(3), At(16.5f, 16.5f), &reference);
+  ReadReferenceWindow(PackedImage(image), MakeWindowPattern(3), At(16.5f, 16.5f), &reference);
   EXPECT_NEAR(reference.mean, 100, 1);
   EXPECT_NEAR(reference.deviation, 10, 0.1);
 }
 
 // At the very border no pixel beyond the image is read (the sanitizers watch).
 TEST(QuasiDenseWindow, BorderIsInside) {
-  const CellImage cells = CellImage(RandomImage(20, 10, 9));
+  const PackedImage cells = PackedImage(RandomImage(20, 10, 9));
   const WindowPattern pattern = MakeWindowPattern(3);
   ReferenceWindow reference;
   ReadReferenceWindow(cells, pattern, At(10, 5), &reference);
@@ -164,7 +164,8 @@ TEST(QuasiDenseWindow, BorderIsInside) {
 }
 
 TEST(QuasiDenseWindow, SameValueOnEveryInstructionSet) {
-  const CellImage a = CellImage(RandomImage(64, 48, 1)), b = CellImage(RandomImage(64, 48, 2));
+  const PackedImage a = PackedImage(RandomImage(64, 48, 1)),
+                    b = PackedImage(RandomImage(64, 48, 2));
   const WindowPattern pattern = MakeWindowPattern(4);
   std::vector<WindowWarp> warps;
   Random random(7);

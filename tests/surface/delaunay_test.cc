@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "lsmvs/geometry/hilbert_order.h"
-#include "lsmvs/surface/cell_complex.h"
+#include "lsmvs/surface/tetrahedralization.h"
 
 namespace lsmvs {
 namespace {
@@ -28,7 +28,7 @@ Points InHilbertOrder(const Points& points) {
   return sorted;
 }
 
-VertexSets SortedCells(const CellComplex& complex) {
+VertexSets SortedCells(const Tetrahedralization& complex) {
   VertexSets sets;
   for (const Cell& cell : complex.cells) {
     sets.push_back(cell.vertex);
@@ -38,7 +38,7 @@ VertexSets SortedCells(const CellComplex& complex) {
   return sets;
 }
 
-VertexSets SortedOracleCells(const CellComplex& complex) {
+VertexSets SortedOracleCells(const Tetrahedralization& complex) {
   Oracle oracle;
   for (size_t i = 0; i < complex.points.size(); ++i) {
     const Eigen::Vector3f& x = complex.points[i];
@@ -56,7 +56,7 @@ VertexSets SortedOracleCells(const CellComplex& complex) {
   return sets;
 }
 
-void ExpectConsistent(const CellComplex& complex) {
+void ExpectConsistent(const Tetrahedralization& complex) {
   for (size_t c = 0; c < complex.cells.size(); ++c) {
     const Cell& cell = complex.cells[c];
     const auto infinite = std::count(cell.vertex.begin(), cell.vertex.end(), Cell::kInfiniteVertex);
@@ -85,7 +85,7 @@ void ExpectConsistent(const CellComplex& complex) {
 }
 
 void ExpectDelaunay(const Points& points) {
-  const CellComplex complex = BuildDelaunay(InHilbertOrder(points));
+  const Tetrahedralization complex = BuildDelaunay(InHilbertOrder(points));
   ASSERT_FALSE(complex.cells.empty());
   ExpectConsistent(complex);
   EXPECT_EQ(SortedCells(complex), SortedOracleCells(complex));
@@ -138,7 +138,7 @@ TEST(Delaunay, TwoPlanesAndDuplicates) {
                         i < 100 ? 0.0f : 1.0f);
     if (i % 3 == 0) points.push_back(points.back());
   }
-  const CellComplex complex = BuildDelaunay(InHilbertOrder(points));
+  const Tetrahedralization complex = BuildDelaunay(InHilbertOrder(points));
   EXPECT_EQ(complex.duplicates.size(), 67u);
   for (const auto& [copy, original] : complex.duplicates) {
     EXPECT_EQ(complex.points[copy], complex.points[original]);
@@ -164,7 +164,7 @@ TEST(Delaunay, NothingWithoutVolume) {
 
 // The oracle's answer, wherever the walk starts.
 TEST(Delaunay, LocatesPoints) {
-  const CellComplex complex = BuildDelaunay(InHilbertOrder(RandomPoints(500, 3)));
+  const Tetrahedralization complex = BuildDelaunay(InHilbertOrder(RandomPoints(500, 3)));
   const auto volume = [&](const Cell& cell, int moved, const Eigen::Vector3f& x) {
     std::array<Eigen::Vector3d, 4> corners;
     for (int k = 0; k < 4; ++k) {

@@ -1,4 +1,4 @@
-#include "lsmvs/surface/free_space_filter.h"
+#include "lsmvs/surface/weights/free_space_filter.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "lsmvs/surface/joined_paths_internal.h"
+#include "lsmvs/surface/weights/joined_paths.h"
 
 #include <gtest/gtest.h>
 

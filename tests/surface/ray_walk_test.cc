@@ -1,4 +1,4 @@
-#include "lsmvs/surface/ray_walk.h"
+#include "lsmvs/surface/weights/ray_walk.h"
 
 #include <gtest/gtest.h>
 
@@ -11,14 +11,14 @@
 #include <vector>
 
 #include "lsmvs/geometry/hilbert_order.h"
-#include "lsmvs/surface/cell_complex.h"
+#include "lsmvs/surface/tetrahedralization.h"
 
 namespace lsmvs {
 namespace {
 
 using Points = std::vector<Eigen::Vector3f>;
 
-CellComplex ComplexOf(const Points& points) {
+Tetrahedralization ComplexOf(const Points& points) {
   Points sorted;
   for (const uint32_t i : HilbertOrder(points)) sorted.push_back(points[i]);
   return BuildDelaunay(std::move(sorted));
@@ -45,7 +45,7 @@ Points GridPoints(int side) {
 
 // The stretch of the segment from `a` to `b` inside of a tetrahedron, grown by `slack`: parameters
 // in [0, 1]; empty if first > second.
-std::pair<double, double> ClipToCell(const CellComplex& complex, const Cell& cell,
+std::pair<double, double> ClipToCell(const Tetrahedralization& complex, const Cell& cell,
                                      const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                      double slack) {
   double low = 0, high = 1;
@@ -161,7 +161,7 @@ class RayWalkTest : public testing::Test {
     return static_cast<int32_t>(it - complex_.points.begin());
   }
 
-  CellComplex complex_;
+  Tetrahedralization complex_;
 };
 
 TEST_F(RayWalkTest, TargetsInsideOfTheHull) {

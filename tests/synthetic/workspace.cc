@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "lsmvs/colmap_adapter/camera_model.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
+#include "lsmvs/colmap_adapter/model/camera_model.h"
 #include "lsmvs/colmap_adapter/sparse_model_io.h"
 #include "lsmvs/colmap_adapter/stereo_config.h"
 #include "lsmvs/mesh/ply.h"

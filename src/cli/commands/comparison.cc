@@ -22,8 +22,8 @@
 #include "lsmvs/image/image_codec.h"
 #include "lsmvs/mesh/simplify.h"
 #include "lsmvs/mesh/textured_ply.h"
-#include "lsmvs/refinement/vertex_colors.h"
 #include "lsmvs/report/report.h"
+#include "lsmvs/texturing/vertex_colors.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/error.h"
 
@@ -331,7 +331,7 @@ class Comparison {
 
   void WritePictures(const TriangleMesh& mesh, const MeshTracer& tracer, const TexturePages* pages,
                      const ReportMesh& entry) {
-    const Viewpoint viewpoint = ViewpointOf(scene_.views[key_photo_], options_.picture_width);
+    const PosedCamera viewpoint = ViewpointOf(scene_.views[key_photo_], options_.picture_width);
     RenderOptions render;
     render.antialiasing = 2;
     WritePng(folder_ / entry.picture,

@@ -75,7 +75,7 @@ int MostRevealingView(const Scene& scene) {
   return static_cast<int>(std::max_element(counts.begin(), counts.end()) - counts.begin());
 }
 
-Viewpoint ViewpointOf(const View& view, int width) {
+PosedCamera ViewpointOf(const View& view, int width) {
   const double scale = static_cast<double>(width) / view.camera.width;
   const int height = std::max(1, static_cast<int>(std::lround(view.camera.height * scale)));
   return {view.camera.Resized(width, height), view.cam_from_world};

@@ -33,7 +33,7 @@ Eigen::Vector3d ParseDirection(const std::string& option, const std::string& tex
 int MostRevealingView(const Scene& scene);
 
 // The view's camera, reduced (or enlarged) to `width`.
-Viewpoint ViewpointOf(const View& view, int width);
+PosedCamera ViewpointOf(const View& view, int width);
 
 // The part of the mesh that the photos are about: its vertices in the box of the sparse points
 // (without the outermost), a quarter larger. All vertices if that leaves hardly any, or without

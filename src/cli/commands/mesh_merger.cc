@@ -18,7 +18,7 @@
 #include "lsmvs/cli/output_check.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/colmap_adapter/fused_cloud.h"
-#include "lsmvs/merging/overlap/vertex_views.h"
+#include "lsmvs/merging/vertex_views.h"
 #include "lsmvs/mesh/edge_lengths.h"
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/util/error.h"

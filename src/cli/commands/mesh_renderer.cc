@@ -78,7 +78,7 @@ class MeshRendererCommand : public Command {
     const MeshTracer tracer(mesh, context.run);
     std::optional<TexturePages> texture;
     if (textured.has_texture()) texture.emplace(textured, context.run.memory_budget_bytes / 2);
-    const std::vector<Viewpoint> viewpoints = Viewpoints(mesh);
+    const std::vector<PosedCamera> viewpoints = Viewpoints(mesh);
     for (size_t i = 0; i < viewpoints.size(); ++i) {
       const std::string path = FramePath(i, viewpoints.size());
       WritePng(path, RenderMesh(mesh, tracer, viewpoints[i], render_, context.run,
@@ -90,7 +90,7 @@ class MeshRendererCommand : public Command {
   }
 
  private:
-  std::vector<Viewpoint> Viewpoints(const TriangleMesh& mesh) const {
+  std::vector<PosedCamera> Viewpoints(const TriangleMesh& mesh) const {
     if (scene_ && !turntable_ && num_frames_ == 1) {
       const std::vector<int> named = FindViews(*scene_, view_name_);
       return {ViewpointOf(scene_->views[named.empty() ? MostRevealingView(*scene_) : named[0]],
@@ -104,7 +104,7 @@ class MeshRendererCommand : public Command {
     options.fit_share = fit_share_;
     options.width = width_;
     options.height = height_;
-    std::vector<Viewpoint> viewpoints;
+    std::vector<PosedCamera> viewpoints;
     for (int i = 0; i < num_frames_; ++i) {
       options.azimuth_deg = azimuth_ + 360.0 * i / num_frames_;
       viewpoints.push_back(TurntableViewpoint(points, options));

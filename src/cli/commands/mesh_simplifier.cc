@@ -130,7 +130,7 @@ class MeshSimplifier : public Command {
       for (const Eigen::Vector3d& x : mesh_.vertices) box.extend(x);
       return std::vector<double>(mesh_.vertices.size(), max_error_.value_or(box.diagonal().norm()));
     }
-    std::vector<LevelView> views;
+    std::vector<PosedCamera> views;
     for (const View& view : scene_->views) views.push_back({view.camera, view.cam_from_world});
     std::vector<double> tolerance = VertexPixelSizes(mesh_, views, context);
     for (double& t : tolerance) t *= max_error_.value_or(kDefaultErrorPx);

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "lsmvs/mesh/face_sides.h"
+#include "lsmvs/mesh/half_edges.h"
 
 namespace lsmvs {
 
@@ -22,8 +22,8 @@ constexpr double kLargestSidePx = 2048;
 // The face across each side, or -1: [3 * face + corner].
 std::vector<int> Neighbors(const TriangleMesh& mesh) {
   std::vector<int> neighbors(3 * mesh.faces.size(), -1);
-  const std::vector<FaceSide> sides = SortedFaceSides(mesh.faces, mesh.vertices.size());
-  ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+  const std::vector<HalfEdge> sides = SortedHalfEdges(mesh.faces, mesh.vertices.size());
+  ForEdges(sides, [&](const HalfEdge* begin, const HalfEdge* end) {
     if (end - begin != 2) return;
     neighbors[static_cast<size_t>(3 * begin[0].face + begin[0].corner)] = begin[1].face;
     neighbors[static_cast<size_t>(3 * begin[1].face + begin[1].corner)] = begin[0].face;

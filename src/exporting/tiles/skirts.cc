@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <map>
 
-#include "lsmvs/mesh/face_sides.h"
+#include "lsmvs/mesh/half_edges.h"
 
 namespace lsmvs {
 
@@ -12,14 +12,14 @@ namespace {
 constexpr double kOutwardShare = 0.5;
 
 // Sides of the tile with one face whose ends are both locked.
-std::vector<FaceSide> OpenSides(const std::vector<uint8_t>& is_locked, const TileMesh& tile) {
-  std::vector<FaceSide> open;
+std::vector<HalfEdge> OpenSides(const std::vector<uint8_t>& is_locked, const TileMesh& tile) {
+  std::vector<HalfEdge> open;
   const auto locked = [&](int v) {
     const int id = tile.vertex_ids[static_cast<size_t>(v)];
     return id >= 0 && is_locked[static_cast<size_t>(id)];
   };
-  const std::vector<FaceSide> sides = SortedFaceSides(tile.mesh.faces, tile.mesh.vertices.size());
-  ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+  const std::vector<HalfEdge> sides = SortedHalfEdges(tile.mesh.faces, tile.mesh.vertices.size());
+  ForEdges(sides, [&](const HalfEdge* begin, const HalfEdge* end) {
     if (end - begin == 1 && locked(begin->low) && locked(begin->high)) open.push_back(*begin);
   });
   return open;
@@ -30,12 +30,12 @@ std::vector<FaceSide> OpenSides(const std::vector<uint8_t>& is_locked, const Til
 void AddSkirts(const std::vector<uint8_t>& is_locked, const std::vector<Eigen::Vector3f>& normals,
                double width, TileMesh* tile) {
   TriangleMesh& mesh = tile->mesh;
-  const std::vector<FaceSide> sides = OpenSides(is_locked, *tile);
+  const std::vector<HalfEdge> sides = OpenSides(is_locked, *tile);
   const auto normal_of = [&](int v) -> Eigen::Vector3d {
     return normals[static_cast<size_t>(tile->vertex_ids[static_cast<size_t>(v)])].cast<double>();
   };
   std::map<int, Eigen::Vector3d> outward;  // of each border vertex, away from the tile
-  for (const FaceSide& side : sides) {
+  for (const HalfEdge& side : sides) {
     const Eigen::Vector3i& f = mesh.faces[side.face];
     const int a = f[side.corner], b = f[(side.corner + 1) % 3];
     const Eigen::Vector3d direction = mesh.vertices[b] - mesh.vertices[a];
@@ -52,7 +52,7 @@ void AddSkirts(const std::vector<uint8_t>& is_locked, const std::vector<Eigen::V
     if (!mesh.vertex_colors.empty()) mesh.vertex_colors.push_back(mesh.vertex_colors[v]);
     tile->vertex_ids.push_back(-1);
   }
-  for (const FaceSide& side : sides) {
+  for (const HalfEdge& side : sides) {
     const size_t face = static_cast<size_t>(side.face), corner = static_cast<size_t>(side.corner);
     const int a = mesh.faces[face][side.corner], b = mesh.faces[face][(side.corner + 1) % 3];
     mesh.faces.emplace_back(b, a, lower[a]);

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "lsmvs/image/rasterizer.h"
-#include "lsmvs/merging/overlap/vertex_views.h"
+#include "lsmvs/merging/vertex_views.h"
 
 namespace lsmvs {
 

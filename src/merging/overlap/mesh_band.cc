@@ -6,7 +6,7 @@
 #include <queue>
 #include <utility>
 
-#include "lsmvs/mesh/face_sides.h"
+#include "lsmvs/mesh/half_edges.h"
 
 namespace lsmvs {
 
@@ -82,8 +82,8 @@ SurfaceTopology::SurfaceTopology(const TriangleMesh& mesh, const std::vector<uin
     : begin_(mesh.vertices.size() + 1, 0),
       on_border_(mesh.vertices.size(), 0),
       border_sides_(mesh.faces.size(), 0) {
-  const std::vector<FaceSide> sides = SortedFaceSides(mesh.faces, mesh.vertices.size());
-  ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+  const std::vector<HalfEdge> sides = SortedHalfEdges(mesh.faces, mesh.vertices.size());
+  ForEdges(sides, [&](const HalfEdge* begin, const HalfEdge* end) {
     ++begin_[static_cast<size_t>(begin->low) + 1];
     ++begin_[static_cast<size_t>(begin->high) + 1];
     const bool is_cut =
@@ -95,7 +95,7 @@ SurfaceTopology::SurfaceTopology(const TriangleMesh& mesh, const std::vector<uin
   for (size_t v = 1; v < begin_.size(); ++v) begin_[v] += begin_[v - 1];
   neighbors_.resize(begin_.back());
   std::vector<uint32_t> next(begin_.begin(), begin_.end() - 1);
-  ForEdges(sides, [&](const FaceSide* begin, const FaceSide*) {
+  ForEdges(sides, [&](const HalfEdge* begin, const HalfEdge*) {
     neighbors_[next[static_cast<size_t>(begin->low)]++] = begin->high;
     neighbors_[next[static_cast<size_t>(begin->high)]++] = begin->low;
   });

@@ -6,7 +6,7 @@
 
 #include "lsmvs/graph/minimum_cut.h"
 #include "lsmvs/mesh/face_neighbors.h"
-#include "lsmvs/mesh/face_sides.h"
+#include "lsmvs/mesh/half_edges.h"
 #include "lsmvs/util/disjoint_sets.h"
 
 namespace lsmvs {
@@ -161,11 +161,11 @@ class FirstLabeler {
   std::vector<uint8_t> Run(const RunContext& context) {
     std::vector<CutNode> nodes(mesh_.faces.size());
     for (size_t f = 0; f < nodes.size(); ++f) nodes[f].excess = Excess(f);
-    const std::vector<FaceSide> sides = SortedFaceSides(mesh_.faces, mesh_.vertices.size());
-    ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+    const std::vector<HalfEdge> sides = SortedHalfEdges(mesh_.faces, mesh_.vertices.size());
+    ForEdges(sides, [&](const HalfEdge* begin, const HalfEdge* end) {
       if (end - begin != 2 || begin[0].face == begin[1].face) return;
       for (int k = 0; k < 2; ++k) {
-        const FaceSide &here = begin[k], &there = begin[1 - k];
+        const HalfEdge &here = begin[k], &there = begin[1 - k];
         CutNode& node = nodes[Index(here.face)];
         node.neighbor[Index(here.corner)] = there.face;
         node.capacity[Index(here.corner)] = EdgeCapacity(Index(here.low), Index(here.high));
@@ -278,8 +278,8 @@ class FirstLabeler {
 std::vector<Eigen::Vector3i> SeamEdges(const TriangleMesh& mesh,
                                        const std::vector<uint8_t>& labels) {
   std::vector<Eigen::Vector3i> edges;
-  const std::vector<FaceSide> sides = SortedFaceSides(mesh.faces, mesh.vertices.size());
-  ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+  const std::vector<HalfEdge> sides = SortedHalfEdges(mesh.faces, mesh.vertices.size());
+  ForEdges(sides, [&](const HalfEdge* begin, const HalfEdge* end) {
     if (end - begin == 2 && labels[Index(begin[0].face)] != labels[Index(begin[1].face)]) {
       edges.emplace_back(begin->low, begin->high, begin->high);
     }

@@ -13,8 +13,8 @@
 #include "lsmvs/graph/minimum_cut.h"
 #include "lsmvs/merging/overlap/overlap.h"
 #include "lsmvs/mesh/repair.h"
-#include "lsmvs/surface/cell_complex.h"
 #include "lsmvs/surface/surface_extraction.h"
+#include "lsmvs/surface/tetrahedralization.h"
 #include "lsmvs/surface/visibility_weights.h"
 
 namespace lsmvs {
@@ -425,7 +425,7 @@ class PatchMaker {
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   std::vector<Place> places_;  // of the points
   std::vector<Eigen::Vector3f> points_;
-  CellComplex complex_;
+  Tetrahedralization complex_;
   std::unordered_set<FaceKey, FaceKeyHash> faces_;
   std::vector<Place> vertex_place_;  // of the extracted surface
 };

@@ -7,7 +7,7 @@
 
 #include "lsmvs/merging/overlap/free_space.h"
 #include "lsmvs/merging/overlap/mesh_band.h"
-#include "lsmvs/merging/surface_merging.h"
+#include "lsmvs/merging/seam/surface_merging.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {

@@ -5,8 +5,8 @@
 
 #include "lsmvs/merging/overlap/overlap.h"
 #include "lsmvs/mesh/edge_lengths.h"
-#include "lsmvs/mesh/face_crossings.h"
 #include "lsmvs/mesh/face_neighbors.h"
+#include "lsmvs/mesh/self_intersections.h"
 
 namespace lsmvs {
 

@@ -11,7 +11,7 @@
 #include "lsmvs/merging/overlap/mesh_band.h"
 #include "lsmvs/merging/overlap/surface_index.h"
 #include "lsmvs/merging/zip/polygon_filling.h"
-#include "lsmvs/mesh/face_sides.h"
+#include "lsmvs/mesh/half_edges.h"
 #include "lsmvs/util/disjoint_sets.h"
 
 namespace lsmvs {
@@ -61,9 +61,9 @@ class Zipper {
   }
 
   void FindBorder() {
-    const std::vector<FaceSide> sides = SortedFaceSides(mesh_.faces, mesh_.vertices.size());
+    const std::vector<HalfEdge> sides = SortedHalfEdges(mesh_.faces, mesh_.vertices.size());
     is_rim_.assign(mesh_.vertices.size(), 0);
-    ForEdges(sides, [&](const FaceSide* begin, const FaceSide* end) {
+    ForEdges(sides, [&](const HalfEdge* begin, const HalfEdge* end) {
       if (end - begin != 1) return;
       const Eigen::Vector3i& face = mesh_.faces[Index(begin->face)];
       const int from = face[begin->corner], to = face[(begin->corner + 1) % 3];
@@ -355,8 +355,8 @@ class Zipper {
     faces_now_ = mesh_.faces;
     faces_now_.insert(faces_now_.end(), result_.faces.begin(), result_.faces.end());
     std::vector<HoleEdge> edges;
-    ForEdges(SortedFaceSides(faces_now_, mesh_.vertices.size()),
-             [&](const FaceSide* begin, const FaceSide* end) {
+    ForEdges(SortedHalfEdges(faces_now_, mesh_.vertices.size()),
+             [&](const HalfEdge* begin, const HalfEdge* end) {
                if (end - begin != 1) return;
                const Eigen::Vector3i& face = faces_now_[Index(begin->face)];
                edges.push_back({face[(begin->corner + 1) % 3], face[begin->corner], begin->face});
