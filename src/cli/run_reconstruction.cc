@@ -162,8 +162,7 @@ ReconstructionPtr OpenJoinedReconstruction(const DenseWorkspace& output,
                                            const std::vector<CloudInput>& inputs,
                                            const ReconstructionOptions& options,
                                            const CommandContext& context, PhotoUse photos) {
-  JoinedScene joined =
-      LoadJoinedScene(WorkspacesOfModels(inputs), photos == PhotoUse::kNoCamera);
+  JoinedScene joined = LoadJoinedScene(WorkspacesOfModels(inputs), photos == PhotoUse::kNoCamera);
   Print(ViewNumbersText(inputs, joined.parts));
   ReconstructionOptions seeded = options;
   seeded.seed = context.run.seed;

@@ -288,8 +288,6 @@ class Extractor {
 
 }  // namespace
 
-ExtractedSurface ExtractSurface(Tetrahedralization complex) {
-  return Extractor(&complex).Run();
-}
+ExtractedSurface ExtractSurface(Tetrahedralization complex) { return Extractor(&complex).Run(); }
 
 }  // namespace lsmvs

@@ -11,7 +11,9 @@
 #include <string>
 
 #include "lsmvs/colmap_adapter/fused_cloud.h"
+#include "lsmvs/colmap_adapter/scene_loader.h"
 #include "lsmvs/mesh/ply.h"
+#include "lsmvs/synthetic/shuffled_cloud.h"
 #include "lsmvs/synthetic/town.h"
 #include "lsmvs/test_support/temporary_folder.h"
 #include "lsmvs/test_support/test_data.h"
@@ -294,9 +296,10 @@ TEST(SurfacePartsOfRealScene, GiveTheBytesOfTheWhole) {
   LSMVS_REQUIRE_SCENE("fountain-P11-fused");
   const TemporaryFolder folder;
   fs::copy(TestDataFolder() / "fountain-P11-fused", folder.path(), fs::copy_options::recursive);
-  const auto mesh = [&](const std::string& output, const std::string& num_parts) {
+  const auto mesh = [&](const std::string& output, const std::string& num_parts,
+                        const std::string& cloud = "fused.ply") {
     ExpectSuccess(
-        RunProgram("lsmvs", {"visibility_mesher", "--input_path", folder.path().string(),
+        RunProgram("lsmvs", {"visibility_mesher", "--input_path", (folder.path() / cloud).string(),
                              "--output_path", (folder.path() / output).string(), "--num_parts",
                              num_parts, "--VisibilityMeshing.max_proj_dist", "6"}));
     return ReadBytes(folder.path() / output) + ReadBytes(folder.path() / (output + ".vis"));
@@ -304,6 +307,13 @@ TEST(SurfacePartsOfRealScene, GiveTheBytesOfTheWhole) {
   const std::string whole = mesh("whole.ply", "1");
   EXPECT_GT(whole.size(), size_t{1} << 20);
   EXPECT_TRUE(mesh("parts.ply", "7") == whole);
+  // In another order.
+  const DenseWorkspace workspace{folder.path()};
+  const Scene scene = LoadScene(workspace);
+  const VisibilityCloud cloud = ReadFusedCloud(workspace.FusedPath(), scene, workspace).cloud;
+  WriteFusedCloud(folder.path() / "shuffled.ply", Shuffle(cloud, 1).cloud, scene);
+  EXPECT_TRUE(mesh("shuffled_whole.ply", "1", "shuffled.ply") == whole);
+  EXPECT_TRUE(mesh("shuffled_parts.ply", "2", "shuffled.ply") == whole);
 }
 
 }  // namespace

@@ -12,10 +12,8 @@ namespace lsmvs {
 namespace {
 
 const RunContext kContext(1);
-const PointMergingOptions kOptions{.max_proj_dist = 2.2,
-                                   .max_depth_dist = 0.01,
-                                   .visibility_sigma = 3,
-                                   .keep_assignment = true};
+const PointMergingOptions kOptions{
+    .max_proj_dist = 2.2, .max_depth_dist = 0.01, .visibility_sigma = 3, .keep_assignment = true};
 
 void ExpectSameBytes(const MergedCloud& a, const MergedCloud& b) {
   EXPECT_EQ(a.frame.origin, b.frame.origin);

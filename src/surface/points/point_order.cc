@@ -76,8 +76,9 @@ void PointOrder::SortAlongViews(const RunContext& context, std::span<uint32_t> p
   };
   constexpr size_t kBlock = 1 << 14;
   std::vector<Item> items(points.size());
-  ParallelFor(context, items.size(), kBlock,
-              [&](size_t i) { items[i] = {KeyAlongViews(points[i]), points[i]}; });
+  ParallelFor(context, items.size(), kBlock, [&](size_t i) {
+    items[i] = {KeyAlongViews(points[i]), points[i]};
+  });
   std::sort(items.begin(), items.end(), [&](const Item& a, const Item& b) {
     return a.key != b.key ? a.key < b.key : Less(a.point, b.point);
   });
