@@ -53,9 +53,11 @@ bool PointOrder::Less(uint32_t a, uint32_t b) const {
 }
 
 uint64_t PointOrder::KeyAlongViews(uint32_t point) const {
-  constexpr int kTileBits = 5;  // 32 x 32 tiles an image
-  constexpr int kInTileBits = kCoordinateBits - kTileBits;
-  constexpr uint64_t kInTile = (uint64_t{1} << kInTileBits) - 1;
+  // 32 x 32 tiles an image, of 16 x 16 cells.
+  constexpr int kTileBits = 5, kCellBits = 4, kInCellBits = kCoordinateBits - kTileBits - kCellBits;
+  constexpr auto bits = [](uint64_t value, int lowest, int count) {
+    return (value >> lowest) & ((uint64_t{1} << count) - 1);
+  };
   const FinestView finest = FindFinestView(scene_, cloud_, point);
   const View& view = scene_.views[finest.view_idx];
   const Eigen::Vector2d x_px =
@@ -63,10 +65,14 @@ uint64_t PointOrder::KeyAlongViews(uint32_t point) const {
   const uint64_t x = InSteps(x_px.x(), view.camera.width);
   const uint64_t y = InSteps(x_px.y(), view.camera.height);
   uint64_t key = finest.view_idx;  // its upper bits may fall off: then the tiles of some views mix
-  key = key << kTileBits | y >> kInTileBits;
-  key = key << kTileBits | x >> kInTileBits;
-  key = key << kInTileBits | (y & kInTile);
-  return key << kInTileBits | (x & kInTile);
+  key = key << kTileBits | bits(y, kCoordinateBits - kTileBits, kTileBits);
+  key = key << kTileBits | bits(x, kCoordinateBits - kTileBits, kTileBits);
+  // Cells far apart first: their lowest bits come first.
+  for (int bit = kInCellBits; bit < kInCellBits + kCellBits; ++bit) {
+    key = key << 2 | bits(x ^ y, bit, 1) << 1 | bits(y, bit, 1);
+  }
+  key = key << kInCellBits | bits(y, 0, kInCellBits);
+  return key << kInCellBits | bits(x, 0, kInCellBits);
 }
 
 void PointOrder::SortAlongViews(const RunContext& context, std::span<uint32_t> points) const {
