@@ -1,45 +1,16 @@
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/mount.h>
 #include <sys/resource.h>
-
-#include <cerrno>
-#include <cstring>
 
 #include "lsmvs/mesh/ply.h"
 #include "program_runner.h"
+#include "small_disk.h"
 #include "small_workspace.h"
 
 namespace lsmvs {
 namespace {
 
 namespace fs = std::filesystem;
-
-// A file system of its own, of a given size, as long as the object lives.
-class SmallDisk {
- public:
-  explicit SmallDisk(const std::string& size) {
-    mounted_ = ::mount("tmpfs", folder_.path().c_str(), "tmpfs", 0, ("size=" + size).c_str()) == 0;
-    if (!mounted_) reason_ = std::strerror(errno);
-  }
-  ~SmallDisk() {
-    if (mounted_) ::umount2(folder_.path().c_str(), MNT_DETACH);
-  }
-  SmallDisk(const SmallDisk&) = delete;
-  SmallDisk& operator=(const SmallDisk&) = delete;
-
-  bool mounted() const { return mounted_; }
-  const std::string& reason() const { return reason_; }
-  fs::path workspace() const { return folder_.path() / "w"; }
-  void MakeReadOnly() const {
-    ::mount("tmpfs", folder_.path().c_str(), "tmpfs", MS_REMOUNT | MS_RDONLY, nullptr);
-  }
-
- private:
-  TemporaryFolder folder_;
-  bool mounted_ = false;
-  std::string reason_;
-};
 
 size_t SizeOf(const fs::path& folder) {
   size_t bytes = 0;
