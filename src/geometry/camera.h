@@ -1,8 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
-#include <cstddef>
 
 namespace lsmvs {
 
@@ -36,14 +34,5 @@ struct PinholeCamera {
   // camera.
   double MeanFocalLength() const { return 0.5 * (fx + fy); }
 };
-
-// Mean of the longer sides of the images of views, or of whatever else has a `camera`; pixels, 0
-// without any.
-template <class Views>
-double MeanLongerSide(const Views& views) {
-  double sum = 0;
-  for (const auto& view : views) sum += std::max(view.camera.width, view.camera.height);
-  return sum / static_cast<double>(std::max<size_t>(views.size(), 1));
-}
 
 }  // namespace lsmvs

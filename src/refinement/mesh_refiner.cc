@@ -8,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "lsmvs/geometry/mean_longer_side.h"
 #include "lsmvs/image/largest_image.h"
 #include "lsmvs/mesh/simplify.h"
 #include "lsmvs/refinement/finishing/finishing.h"

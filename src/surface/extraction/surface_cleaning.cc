@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "lsmvs/geometry/mean_longer_side.h"
 #include "lsmvs/mesh/repair.h"
 #include "lsmvs/mesh/smoothing.h"
 #include "lsmvs/mesh/surface_trimming.h"
