@@ -119,7 +119,7 @@ TEST_F(SurfaceParts, DiskThatFillsUpEndsWithAMessageAndLosesNothing) {
 TEST_F(SurfaceParts, FullDiskEndsWithAMessageAndLosesNothing) {
   SKIP_WITH_SANITIZERS;
   MakeWhole();
-  for (const std::string size : {"5m", "40m", "80m"}) {
+  for (const std::string size : {"3m", "12m", "30m"}) {
     const SmallDisk disk(size);
     if (!disk.mounted()) GTEST_SKIP() << "cannot mount a file system: " << disk.reason();
     const std::vector<std::string> arguments = {"--num_parts", "4", "--scratch_path",
