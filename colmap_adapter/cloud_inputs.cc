@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <tuple>
 #include <utility>
 
@@ -22,7 +23,7 @@ struct HashedInput {
   std::string name;  // as it was given
   CloudInput input;
 
-  auto Content() const { return std::tie(cloud_hash, model_hash); }
+  auto Content() const { return std::tie(model_hash, cloud_hash); }
 };
 
 std::string HashFiles(const std::vector<fs::path>& files) {
@@ -54,6 +55,23 @@ HashedInput HashInput(const std::string& path, bool sparse) {
   return hashed;
 }
 
+// The same points count once, also where the poses were written again.
+void RefuseTheSamePoints(const std::vector<HashedInput>& inputs, bool sparse) {
+  const auto points = [&](const HashedInput& input) -> const std::string& {
+    return sparse ? input.model_hash : input.cloud_hash;
+  };
+  std::map<std::string, std::string> names;
+  for (const HashedInput& input : inputs) {
+    const auto [it, is_new] = names.emplace(points(input), input.name);
+    if (is_new) continue;
+    throw UsageError(fmt::format(
+        "--input_path is given twice for the same {}: {} and {}; each point may count once, leave "
+        "one out",
+        sparse ? "model" : "cloud", std::min(it->second, input.name),
+        std::max(it->second, input.name)));
+  }
+}
+
 bool HasPlyName(const fs::path& path) {
   const std::string extension = path.extension().string();
   return extension == ".ply" || extension == ".PLY";
@@ -83,18 +101,14 @@ std::vector<CloudInput> FindCloudInputs(const std::vector<std::string>& paths, b
   std::stable_sort(hashed.begin(), hashed.end(), [](const HashedInput& a, const HashedInput& b) {
     return a.Content() < b.Content();
   });
-  // The same points count once, also where the poses were written again.
-  for (size_t i = 1; i < hashed.size(); ++i) {
-    const HashedInput &a = hashed[i - 1], &b = hashed[i];
-    const bool same = sparse ? a.model_hash == b.model_hash : a.cloud_hash == b.cloud_hash;
-    if (!same) continue;
-    throw UsageError(fmt::format(
-        "--input_path is given twice for the same {}: {} and {}; each point may count once, leave "
-        "one out",
-        sparse ? "model" : "cloud", std::min(a.name, b.name), std::max(a.name, b.name)));
-  }
+  RefuseTheSamePoints(hashed, sparse);
   std::vector<CloudInput> inputs;
-  for (HashedInput& entry : hashed) inputs.push_back(std::move(entry.input));
+  size_t num_models = 0;
+  for (size_t i = 0; i < hashed.size(); ++i) {
+    num_models += (i == 0 || hashed[i].model_hash != hashed[i - 1].model_hash);
+    inputs.push_back(std::move(hashed[i].input));
+    inputs.back().model_idx = num_models - 1;
+  }
   return inputs;
 }
 
@@ -102,10 +116,10 @@ std::string ViewNumbersText(const std::vector<CloudInput>& inputs,
                             const std::vector<Scene>& parts) {
   std::string text;
   int first = 0;
-  for (size_t i = 0; i < inputs.size(); ++i) {
+  const std::vector<DenseWorkspace> workspaces = WorkspacesOfModels(inputs);
+  for (size_t i = 0; i < workspaces.size(); ++i) {
     const int end = first + parts[i].num_views();
-    text +=
-        fmt::format("views {} to {}: {}\n", first, end - 1, inputs[i].workspace.folder.string());
+    text += fmt::format("views {} to {}: {}\n", first, end - 1, workspaces[i].folder.string());
     first = end;
   }
   return text;

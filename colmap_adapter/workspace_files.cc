@@ -143,13 +143,18 @@ class JoinedWorkspaceFiles : public ColmapWorkspaceFiles {
   JoinedWorkspaceFiles(const DenseWorkspace& output, std::vector<CloudInput> inputs,
                        std::vector<Scene> parts)
       : ColmapWorkspaceFiles(output, {}, {}), inputs_(std::move(inputs)), parts_(std::move(parts)) {
-    LSMVS_CHECK_EQ(inputs_.size(), parts_.size());
+    uint32_t num_views = 0;
+    for (const Scene& part : parts_) {
+      first_views_.push_back(num_views);
+      num_views += static_cast<uint32_t>(part.views.size());
+    }
+    LSMVS_CHECK_EQ(WorkspacesOfModels(inputs_).size(), parts_.size());
   }
 
   std::vector<fs::path> ModelFiles() const override {
     std::vector<fs::path> files;
-    for (const CloudInput& input : inputs_) {
-      const std::vector<fs::path> own = input.workspace.ModelFiles();
+    for (const DenseWorkspace& workspace : WorkspacesOfModels(inputs_)) {
+      const std::vector<fs::path> own = workspace.ModelFiles();
       files.insert(files.end(), own.begin(), own.end());
     }
     return files;
@@ -172,17 +177,16 @@ class JoinedWorkspaceFiles : public ColmapWorkspaceFiles {
     Reserve(&joined);
     std::vector<std::string> names;
     std::vector<std::vector<Eigen::Vector3f>> samples;
-    uint32_t first_view = 0;
-    for (size_t i = 0; i < inputs_.size(); ++i) {
+    for (const CloudInput& input : inputs_) {
       const size_t first_point = joined.size();
       const AppendedCloud appended =
-          AppendFusedCloud(inputs_[i].cloud, parts_[i], inputs_[i].workspace, first_view, &joined);
-      names.push_back(inputs_[i].cloud.string());
+          AppendFusedCloud(input.cloud, parts_[input.model_idx], input.workspace,
+                           first_views_[input.model_idx], &joined);
+      names.push_back(input.cloud.string());
       if (!appended.message.empty()) LOG(WARNING) << names.back() << ": " << appended.message;
-      first_view += static_cast<uint32_t>(parts_[i].views.size());
       samples.push_back(SamplePositions(std::span(joined.positions).subspan(first_point)));
     }
-    LSMVS_CHECK_EQ(size_t{first_view}, scene.views.size());
+    LSMVS_CHECK_EQ(first_views_.back() + parts_.back().views.size(), scene.views.size());
     const std::string warning = NoOverlapWarning(names, samples);
     if (!warning.empty()) LOG(WARNING) << warning;
     return joined;
@@ -190,10 +194,8 @@ class JoinedWorkspaceFiles : public ColmapWorkspaceFiles {
 
   void SampleCloud(const fs::path& /*cloud*/, const Scene& /*scene*/,
                    CloudSampler* sampler) const override {
-    uint32_t first_view = 0;
-    for (size_t i = 0; i < inputs_.size(); ++i) {
-      AddSample(inputs_[i].cloud, parts_[i], first_view, sampler);
-      first_view += static_cast<uint32_t>(parts_[i].views.size());
+    for (const CloudInput& input : inputs_) {
+      AddSample(input.cloud, parts_[input.model_idx], first_views_[input.model_idx], sampler);
     }
   }
 
@@ -210,9 +212,18 @@ class JoinedWorkspaceFiles : public ColmapWorkspaceFiles {
 
   std::vector<CloudInput> inputs_;
   std::vector<Scene> parts_;
+  std::vector<uint32_t> first_views_;  // by part
 };
 
 }  // namespace
+
+std::vector<DenseWorkspace> WorkspacesOfModels(const std::vector<CloudInput>& inputs) {
+  std::vector<DenseWorkspace> workspaces;
+  for (const CloudInput& input : inputs) {
+    if (input.model_idx == workspaces.size()) workspaces.push_back(input.workspace);
+  }
+  return workspaces;
+}
 
 std::shared_ptr<const WorkspaceFiles> MakeJoinedWorkspaceFiles(const DenseWorkspace& output,
                                                                std::vector<CloudInput> inputs,

@@ -20,11 +20,16 @@ std::shared_ptr<const WorkspaceFiles> MakeColmapWorkspaceFiles(
 struct CloudInput {
   DenseWorkspace workspace;
   std::filesystem::path cloud;
+  size_t model_idx = 0;  // of several inputs: which of their different models this one's is
 };
 
+// Of each model, one workspace that has it, by model_idx.
+std::vector<DenseWorkspace> WorkspacesOfModels(const std::vector<CloudInput>& inputs);
+
 // The files of several workspaces in one frame, for the surface stage: models and clouds are those
-// of all inputs, whatever cloud is asked for, with the views of the inputs one after the other.
-// Results go to `output`. `parts` are the scenes of the inputs (JoinedScene).
+// of all inputs, whatever cloud is asked for, with the views of the models one after the other.
+// Inputs with one model_idx have the same views. Results go to `output`. `parts` are the scenes of
+// the models (JoinedScene).
 std::shared_ptr<const WorkspaceFiles> MakeJoinedWorkspaceFiles(const DenseWorkspace& output,
                                                                std::vector<CloudInput> inputs,
                                                                std::vector<Scene> parts);

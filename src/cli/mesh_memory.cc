@@ -46,10 +46,11 @@ MeshMemory::MeshMemory(const std::string& command, const std::vector<fs::path>& 
   }
   double num_faces = 0;
   for (const fs::path& mesh : meshes) num_faces += CountFaces(mesh);
-  const size_t needed = static_cast<size_t>(model.all * num_faces) + kFixedMeshBytes;
+  const size_t needed = static_cast<size_t>(model.all * num_faces) + model.fixed;
   if (num_faces == 0 || needed <= context.run.memory_budget_bytes) return;
-  constexpr size_t kWorkingBytes = 64 << 20;  // chunks that are worked on
-  const size_t least = static_cast<size_t>(model.in_memory * num_faces) + kWorkingBytes;
+  constexpr size_t kWorkingBytes = 16 << 20;  // chunks that are worked on
+  const size_t least =
+      static_cast<size_t>(model.in_memory * num_faces) + model.fixed + kWorkingBytes;
   const size_t allowed = context.process_bytes + context.run.memory_budget_bytes;
   const std::string needs = fmt::format(
       "{}: {:.1f} million faces need about {} of memory, but {} may be used", command,

@@ -11,12 +11,12 @@
 
 namespace lsmvs {
 
-// Bytes that a command needs for each face of a mesh with half as many vertices, beside
-// kFixedMeshBytes, and those of them that no scratch file can hold: the ray tracer's own. Measured
-// on surfaces of 0.5 and 4.8 million faces.
-inline constexpr size_t kFixedMeshBytes = 48 << 20;
+// Bytes that a command needs for each face of a mesh with half as many vertices, those of them that
+// no scratch file can hold (the ray tracer's own), and what it needs for any mesh. Measured on
+// surfaces of 0.5 to 5 million faces.
 struct MeshMemoryModel {
   double all = 0, in_memory = 0;
+  size_t fixed = 48 << 20;
 };
 
 // Memory of a command that works on whole meshes, for its life. Where they need more than may be

@@ -41,7 +41,8 @@ std::string ScratchLine(const PlannedStage& stage) {
   if (stage.scratch_bytes == 0) return "";
   const uint64_t num_parts = (stage.scratch_bytes + stage.cost.peak_bytes - 1) /
                              std::max<size_t>(1, stage.cost.peak_bytes);
-  return fmt::format("  {:<20} in {} parts, with a scratch file of {}\n", "", num_parts,
+  const std::string parts = num_parts > 1 ? fmt::format("in {} parts, ", num_parts) : "";
+  return fmt::format("  {:<20} {}with a scratch file of {}\n", "", parts,
                      FormatBytes(stage.scratch_bytes));
 }
 

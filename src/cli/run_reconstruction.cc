@@ -165,9 +165,7 @@ ReconstructionPtr OpenJoinedReconstruction(const DenseWorkspace& output,
                                            const std::vector<CloudInput>& inputs,
                                            const ReconstructionOptions& options,
                                            const CommandContext& context, PhotoUse photos) {
-  std::vector<DenseWorkspace> workspaces;
-  for (const CloudInput& input : inputs) workspaces.push_back(input.workspace);
-  JoinedScene joined = LoadJoinedScene(workspaces, photos == PhotoUse::kNoCamera);
+  JoinedScene joined = LoadJoinedScene(WorkspacesOfModels(inputs), photos == PhotoUse::kNoCamera);
   Print(ViewNumbersText(inputs, joined.parts));
   ReconstructionOptions seeded = options;
   seeded.seed = context.run.seed;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "lsmvs/geometry/mean_longer_side.h"
 #include "lsmvs/image/largest_image.h"
 #include "lsmvs/mesh/simplify.h"
 #include "lsmvs/refinement/finishing/finishing.h"
@@ -263,20 +264,13 @@ class MeshRefiner {
       result_.mesh.vertex_quality = VertexQuality(result_.mesh, pairs, terms);
     }
     const FinishingOptions finishing{
-        .border_cost = 0.5 * options_.max_gap_share * MeanPhotoSize(views),
+        .border_cost = 0.5 * options_.max_gap_share * MeanLongerSide(views),
         .max_hole_edges = options_.max_hole_edges};
     const FinishingSummary summary =
         FinishSurface(pairs, terms, finishing, &result_.mesh, context_);
     result_.num_dropped_faces = summary.num_dropped_faces;
     result_.num_closed_holes = summary.num_closed_holes;
     result_.guard_seconds = Seconds() - start;
-  }
-
-  // Longer side, pixels.
-  static double MeanPhotoSize(const std::vector<PosedCamera>& views) {
-    double sum = 0;
-    for (const PosedCamera& view : views) sum += std::max(view.camera.width, view.camera.height);
-    return views.empty() ? 0.0 : sum / static_cast<double>(views.size());
   }
 
   FacePairs SelectJudges(const std::vector<PosedCamera>& views) {

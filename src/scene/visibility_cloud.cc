@@ -29,6 +29,31 @@ void VisibilityCloud::Append(const VisibilityCloud& other) {
   }
 }
 
+void VisibilityCloud::KeepIf(const std::function<bool(size_t point)>& keep) {
+  size_t num_kept = 0;
+  uint64_t num_entries = 0;
+  for (size_t p = 0; p < size(); ++p) {
+    if (!keep(p)) continue;
+    // What is kept moves down: nothing from p on is overwritten.
+    const uint64_t begin = view_begin[p], end = view_begin[p + 1];
+    positions[num_kept] = positions[p];
+    normals[num_kept] = normals[p];
+    colors[num_kept] = colors[p];
+    view_begin[num_kept++] = num_entries;
+    for (uint64_t i = begin; i < end; ++i) view_idxs[num_entries++] = view_idxs[i];
+  }
+  const auto shrink = [](auto* values, size_t count) {
+    values->resize(count);
+    values->shrink_to_fit();
+  };
+  shrink(&positions, num_kept);
+  shrink(&normals, num_kept);
+  shrink(&colors, num_kept);
+  shrink(&view_begin, num_kept + 1);
+  view_begin.back() = num_entries;
+  shrink(&view_idxs, num_entries);
+}
+
 void VisibilityCloud::Reserve(size_t num_points, size_t num_view_entries) {
   positions.reserve(num_points);
   normals.reserve(num_points);

@@ -29,6 +29,9 @@ struct VisibilityCloud {
   void Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal, const Color& color,
            std::span<const uint32_t> views);
   void Append(const VisibilityCloud& other);
+  // Drops the points for which `keep` is false; the others keep their order. In place: beside the
+  // cloud at most one of its arrays, of the points that are kept, is held.
+  void KeepIf(const std::function<bool(size_t point)>& keep);
   void Reserve(size_t num_points, size_t num_view_entries);
   // Throws std::logic_error if arrays do not fit each other or a view is not below `num_views`.
   void CheckConsistent(size_t num_views) const;

@@ -22,7 +22,7 @@ size_t MeshingSize::CloudBytes() const {
 
 size_t MeshingSize::MergingBytes() const {
   constexpr size_t kIndices = 2 * sizeof(uint32_t);  // a point's place in the order and its vertex
-  // Position, first point and next one in its cell, in arrays that have grown; the grid's table, of
+  // Position, seed point and next one in its cell, in arrays that have grown; the grid's table, of
   // 16 bytes an entry and a third full, with the half as large one that it grew from.
   constexpr size_t kPerVertex = (12 + 4 + 4) * 3 / 2 + 16 * 3 * 3 / 2;
   return kIndices * num_points + kPerVertex * num_vertices;
@@ -30,8 +30,8 @@ size_t MeshingSize::MergingBytes() const {
 
 size_t MeshingSize::CuttingBytes() const {
   const size_t num_cells = num_vertices * kCellsPer100Vertices / 100;
-  // Position, incident cell; first point, normal, colour, begin of the sights.
-  constexpr size_t kPerVertex = 12 + 4 + 4 + 12 + 3 + 8;
+  // Position, incident cell; normal, colour, begin of the sights.
+  constexpr size_t kPerVertex = 12 + 4 + 12 + 3 + 8;
   // The walkers' positions and sigmas, and the cells' steps of one view in each thread; or facets.
   constexpr size_t kWalkerPerVertex = 20, kStepPerCell = 4, kFacet = 36;
   const size_t walking =
@@ -42,8 +42,8 @@ size_t MeshingSize::CuttingBytes() const {
 }
 
 size_t MeshingSize::CheckpointBytes() const {
-  // Position, first point, normal, colour, number of sights; a bit for each cell.
-  constexpr size_t kPerVertex = 12 + 4 + 12 + 3 + 4 + 1, kPerSight = 6;
+  // Position, normal, colour, number of sights; a bit for each cell.
+  constexpr size_t kPerVertex = 12 + 12 + 3 + 4 + 1, kPerSight = 6;
   return kPerVertex * num_vertices + kPerSight * num_sights;
 }
 

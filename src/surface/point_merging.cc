@@ -8,6 +8,7 @@
 
 #include "lsmvs/geometry/hilbert_order.h"
 #include "lsmvs/surface/points/point_grid.h"
+#include "lsmvs/surface/points/point_order.h"
 
 namespace lsmvs {
 
@@ -24,21 +25,27 @@ struct Reach {
   Eigen::Vector3f ray;          // unit, from the view that sees the point finest
 };
 
-// The view that sees a point finest.
-struct FinestView {
-  const View* view = nullptr;                                   // null: the point is to be ignored
-  double depth = 0;                                             // world
-  double pixel_size = std::numeric_limits<double>::infinity();  // world
-};
+// Coordinates of the finite points whose position has a hash of at most max_hash.
+std::array<std::vector<float>, 3> AxesUpTo(uint64_t max_hash, const VisibilityCloud& cloud) {
+  std::array<std::vector<float>, 3> axes;
+  for (const Eigen::Vector3f& x : cloud.positions) {
+    if (!x.allFinite() || HashOfPosition(x) > max_hash) continue;
+    for (int k = 0; k < 3; ++k) axes[k].push_back(x[k]);
+  }
+  return axes;
+}
+
+// Coordinates of all points of small clouds; of about 100,000 of large ones, which do not depend on
+// the order of the cloud.
+std::array<std::vector<float>, 3> SampleAxes(const VisibilityCloud& cloud) {
+  constexpr size_t kMaxSample = 100000;
+  constexpr uint64_t kAll = ~uint64_t{0};
+  auto axes = AxesUpTo(kAll / (cloud.size() / kMaxSample + 1), cloud);
+  return axes[0].empty() ? AxesUpTo(kAll, cloud) : axes;  // few positions, of many points each
+}
 
 CanonicalFrame FindFrame(const VisibilityCloud& cloud) {
-  constexpr size_t kMaxSample = 100000;
-  const size_t stride = std::max<size_t>(1, cloud.size() / kMaxSample);
-  std::array<std::vector<float>, 3> axes;
-  for (size_t p = 0; p < cloud.size(); p += stride) {
-    if (!cloud.positions[p].allFinite()) continue;
-    for (int k = 0; k < 3; ++k) axes[k].push_back(cloud.positions[p][k]);
-  }
+  std::array<std::vector<float>, 3> axes = SampleAxes(cloud);
   CanonicalFrame frame;
   if (axes[0].empty()) return frame;
   for (int k = 0; k < 3; ++k) {
@@ -58,19 +65,6 @@ CanonicalFrame FindFrame(const VisibilityCloud& cloud) {
   return frame;
 }
 
-FinestView FindFinestView(const Scene& scene, const VisibilityCloud& cloud, size_t p) {
-  FinestView finest;
-  if (!cloud.positions[p].allFinite()) return finest;
-  const Eigen::Vector3d x = cloud.positions[p].cast<double>();
-  for (const uint32_t view_idx : cloud.ViewsOf(p)) {
-    const View& view = scene.views[view_idx];
-    const double depth = view.Depth(x);
-    const double pixel_size = depth / view.camera.MeanFocalLength();
-    if (depth > 0 && pixel_size < finest.pixel_size) finest = {&view, depth, pixel_size};
-  }
-  return finest;
-}
-
 // Joins points one after the other.
 class Merger {
  public:
@@ -78,7 +72,11 @@ class Merger {
 
   Merger(const Scene& scene, const VisibilityCloud& cloud, const PointMergingOptions& options,
          const RunContext& context)
-      : scene_(scene), cloud_(cloud), options_(options), context_(context) {
+      : scene_(scene),
+        cloud_(cloud),
+        options_(options),
+        context_(context),
+        point_order_(scene, cloud) {
     result_.frame = FindFrame(cloud);
   }
 
@@ -99,7 +97,7 @@ class Merger {
     across_.resize(cloud_.size());
     ParallelFor(context_, cloud_.size(), kBlock, [&](size_t p) {
       const FinestView finest = FindFinestView(scene_, cloud_, p);
-      across_[p] = finest.view == nullptr ? -1.0f : Across(finest);
+      across_[p] = finest.view_idx == FinestView::kNone ? -1.0f : Across(finest);
     });
   }
 
@@ -116,7 +114,7 @@ class Merger {
     const auto deepest =
         static_cast<float>(options_.max_depth_dist * finest.depth / result_.frame.world_per_unit);
     return {across, std::min(kDepthStretch * across, deepest),
-            (x - finest.view->CenterInWorld()).normalized().cast<float>()};
+            (x - scene_.views[finest.view_idx].CenterInWorld()).normalized().cast<float>()};
   }
 
   double MedianReach() const {
@@ -130,7 +128,7 @@ class Merger {
     return *middle;
   }
 
-  // Points by level (octaves of the reach over its median), many views first.
+  // Points by level (octaves of the reach over its median), many views first, then along the views.
   std::vector<uint32_t> JoiningOrder(double median, std::vector<size_t>* level_begin) {
     constexpr int kNumKeys = (2 * kMaxLevel + 1) * (kMaxRank + 1);
     const auto key = [&](size_t p) {
@@ -150,8 +148,12 @@ class Merger {
       level_begin->push_back(begin[level * (kMaxRank + 1)]);
     }
     std::vector<uint32_t> order(begin.back());
+    std::vector<size_t> end = begin;
     for (size_t p = 0; p < cloud_.size(); ++p) {
-      if (across_[p] >= 0) order[begin[key(p)]++] = static_cast<uint32_t>(p);
+      if (across_[p] >= 0) order[end[key(p)]++] = static_cast<uint32_t>(p);
+    }
+    for (size_t i = 0; i + 1 < begin.size(); ++i) {
+      point_order_.SortAlongViews(context_, std::span(order).subspan(begin[i], end[i] - begin[i]));
     }
     result_.num_ignored_points = cloud_.size() - order.size();
     return order;
@@ -192,7 +194,7 @@ class Merger {
     const float separation = across_squared / (reach.across * reach.across) +
                              along * along / (reach.along * reach.along);
     if (!(separation <= 1)) return offset.isZero(0.0f) ? 0.0f : 2.0f;
-    if (cloud_.normals[p].dot(cloud_.normals[result_.first_point[vertex]]) < 0) return 2.0f;
+    if (cloud_.normals[p].dot(cloud_.normals[seed_points_[vertex]]) < 0) return 2.0f;
     return separation;
   }
 
@@ -212,30 +214,28 @@ class Merger {
     if (best_vertex == kIgnored) {
       best_vertex = static_cast<uint32_t>(seeds_.size());
       seeds_.push_back(x);
-      result_.first_point.push_back(p);
+      seed_points_.push_back(p);
       grid->Insert(best_vertex);
     }
     assignment_[p] = best_vertex;
   }
 
   void SortVertices() {
+    std::vector<uint32_t>().swap(seed_points_);
     const std::vector<uint32_t> order = HilbertOrder(seeds_);
     std::vector<uint32_t> position(order.size());
     std::vector<Eigen::Vector3f> seeds(order.size());
-    std::vector<uint32_t> first_point(order.size());
     for (size_t i = 0; i < order.size(); ++i) {
       position[order[i]] = static_cast<uint32_t>(i);
       seeds[i] = seeds_[order[i]];
-      first_point[i] = result_.first_point[order[i]];
     }
     seeds_.swap(seeds);
-    result_.first_point.swap(first_point);
     for (uint32_t& vertex : assignment_) {
       if (vertex != kIgnored) vertex = position[vertex];
     }
   }
 
-  // Points grouped by their vertex, in input order.
+  // Points grouped by their vertex.
   std::vector<uint32_t> GroupMembers(std::vector<uint32_t>* begin) const {
     begin->assign(seeds_.size() + 2, 0);
     for (const uint32_t vertex : assignment_) {
@@ -248,6 +248,11 @@ class Merger {
         members[(*begin)[assignment_[p] + 1]++] = static_cast<uint32_t>(p);
     }
     begin->pop_back();
+    // What is summed up over a vertex has the same order whatever the order of the cloud.
+    ParallelFor(context_, seeds_.size(), kBlock / 4, [&](size_t v) {
+      std::sort(members.data() + (*begin)[v], members.data() + (*begin)[v + 1],
+                [&](uint32_t a, uint32_t b) { return point_order_.Less(a, b); });
+    });
     return members;
   }
 
@@ -334,11 +339,13 @@ class Merger {
   const VisibilityCloud& cloud_;
   const PointMergingOptions options_;
   const RunContext& context_;
+  const PointOrder point_order_;
   MergedCloud result_;
   std::vector<float>
       across_;  // until all are put in order: Reach::across of each point; < 0: it is ignored
   std::vector<uint32_t> assignment_;    // point -> vertex
-  std::vector<Eigen::Vector3f> seeds_;  // position of first_point
+  std::vector<Eigen::Vector3f> seeds_;  // by vertex: position of the point that the others joined
+  std::vector<uint32_t> seed_points_;   // until vertices are sorted: that point
 };
 
 }  // namespace

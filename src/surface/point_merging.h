@@ -49,7 +49,6 @@ struct MergedCloud {
   CanonicalFrame frame;
   std::vector<Eigen::Vector3f>
       positions;                         // #V, canonical: mean of the merged points, by their views
-  std::vector<uint32_t> first_point;     // #V: the point that the others joined
   std::vector<Eigen::Vector3f> normals;  // #V, unit mean of the merged points; zero if unknown
   std::vector<Color> colors;             // #V, mean of the merged points
   std::vector<uint64_t> sight_begin;     // #V + 1
@@ -67,7 +66,8 @@ struct MergedCloud {
 };
 
 // Thins the cloud to about one point for each max_proj_dist pixels of surface. Points are taken
-// finest view first, then by number of views, then in input order: a point joins the vertex that is
+// finest view first, then by number of views, then by place in their finest view, which makes the
+// result a function of the points, whatever their order: a point joins the vertex that is
 // nearest in units of the joining distances if it lies within max_proj_dist pixels of it across the
 // viewing ray and within twice that, and max_depth_dist of the depth, along it, and their normals
 // (where known) do not oppose; else it becomes a vertex. Independent of the world frame. O(n).

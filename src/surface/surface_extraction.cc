@@ -24,8 +24,7 @@ struct Facet {
 
 class Extractor {
  public:
-  Extractor(Tetrahedralization* complex, const std::vector<uint32_t>& rank)
-      : complex_(*complex), rank_(rank) {}
+  explicit Extractor(Tetrahedralization* complex) : complex_(*complex) {}
 
   ExtractedSurface Run() {
     CollectFacets();
@@ -58,11 +57,7 @@ class Extractor {
     }
     ScratchMemory::GiveBackTail(facets_.data(), facets_.size() * sizeof(Facet));
     std::sort(facets_.begin(), facets_.end(),
-              [&](const Facet& a, const Facet& b) { return RankKey(a) < RankKey(b); });
-  }
-
-  std::tuple<uint32_t, uint32_t, uint32_t> RankKey(const Facet& facet) const {
-    return {rank_[facet.vertex[0]], rank_[facet.vertex[1]], rank_[facet.vertex[2]]};
+              [](const Facet& a, const Facet& b) { return a.vertex < b.vertex; });
   }
 
   Facet MakeFacet(int32_t c, int8_t i) const {
@@ -72,9 +67,7 @@ class Extractor {
     // table's order holds too.
     for (int k = 0; k < 3; ++k) facet.vertex[k] = cell.vertex[kFacetVertices[i][2 - k]];
     auto& v = facet.vertex;
-    const auto lowest = std::min_element(v.begin(), v.end(),
-                                         [&](int32_t a, int32_t b) { return rank_[a] < rank_[b]; });
-    std::rotate(v.begin(), lowest, v.end());
+    std::rotate(v.begin(), std::min_element(v.begin(), v.end()), v.end());
     return facet;
   }
 
@@ -128,19 +121,19 @@ class Extractor {
       }
     }
     struct Fan {
-      uint32_t rank;
+      int32_t point;
       uint32_t corner;
     };
     std::vector<Fan> fans;
     for (uint32_t corner = 0; corner < num_corners; ++corner) {
-      if (fan_sets.Find(corner) == corner) fans.push_back({rank_[VertexAt(corner)], corner});
+      if (fan_sets.Find(corner) == corner) fans.push_back({VertexAt(corner), corner});
     }
     std::sort(fans.begin(), fans.end(), [](const Fan& a, const Fan& b) {
-      return std::tie(a.rank, a.corner) < std::tie(b.rank, b.corner);
+      return std::tie(a.point, a.corner) < std::tie(b.point, b.corner);
     });
     corner_vertex_.resize(num_corners);
     for (size_t i = 0; i < fans.size(); ++i) {
-      const int32_t point = VertexAt(fans[i].corner);
+      const int32_t point = fans[i].point;
       result_.num_split_vertices += (i > 0 && result_.vertex_point.back() == point);
       result_.vertex_point.push_back(point);
       result_.mesh.vertices.push_back(complex_.points[point].cast<double>());
@@ -288,7 +281,6 @@ class Extractor {
   }
 
   Tetrahedralization& complex_;
-  const std::vector<uint32_t>& rank_;
   std::vector<Facet> facets_;
   std::vector<int32_t> corner_vertex_;
   ExtractedSurface result_;
@@ -296,9 +288,6 @@ class Extractor {
 
 }  // namespace
 
-ExtractedSurface ExtractSurface(Tetrahedralization complex,
-                                const std::vector<uint32_t>& vertex_rank) {
-  return Extractor(&complex, vertex_rank).Run();
-}
+ExtractedSurface ExtractSurface(Tetrahedralization complex) { return Extractor(&complex).Run(); }
 
 }  // namespace lsmvs

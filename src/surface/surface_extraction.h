@@ -25,9 +25,8 @@ struct ExtractedSurface {
 // each further pair, which moves in by a hundredth of the shortest edge there, so that rounding
 // does not take it through the others. So the result is manifold, geometrically the whole of the
 // cut, and free of self-intersections (it may touch itself). Order: independent of that of the
-// cells: vertices by `vertex_rank`, faces by their vertices. O(n log n). Frees the cells as soon as
-// it can.
-ExtractedSurface ExtractSurface(Tetrahedralization complex,
-                                const std::vector<uint32_t>& vertex_rank);
+// cells: vertices by the complex' vertices, faces by their vertices. O(n log n). Frees the cells as
+// soon as it can.
+ExtractedSurface ExtractSurface(Tetrahedralization complex);
 
 }  // namespace lsmvs

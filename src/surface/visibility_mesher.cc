@@ -197,15 +197,13 @@ class Mesher {
   }
 
   void Extract() {
-    checkpoints_.LoadFirstPoints(&merged_);
-    surface_ = ExtractSurface(std::move(complex_), merged_.first_point);
+    surface_ = ExtractSurface(std::move(complex_));
     result_.counters.num_cut_facets = surface_.num_cut_facets;
     result_.counters.num_split_vertices = surface_.num_split_vertices;
     checkpoints_.WriteSurface(result_.counters, surface_, result_.point_is_free);
   }
 
   void Clean() {
-    checkpoints_.LoadFirstPoints(&merged_);
     checkpoints_.LoadSights(&merged_);
     checkpoints_.LoadLooks(&merged_);
     const SurfaceCleaningOptions cleaning{

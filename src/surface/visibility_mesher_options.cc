@@ -73,10 +73,13 @@ void VisibilityMesherOptions::Describe(OptionSet* options) {
                "Holes with at most this many edges are closed; 0 closes none", {0, 100000});
   options->Add(group + "smoothing_iterations", &smoothing_iterations,
                "Steps of volume-preserving smoothing after the cut; 0 is off", {0, 1000});
-  options->Add(group + "filter_levels", &filter_levels,
-               "Coarser levels, each with about a 16th of the vertices of the one below, on which "
-               "far outliers are dropped before the surface is made; 0 is off",
-               {0, 4});
+  options->Add(
+      group + "filter_levels", &filter_levels,
+      "Coarser levels, each with about a 16th of the vertices of the one below, on which "
+      "far outliers are dropped before the surface is made; 0 is off. Costs up to a tenth of "
+      "the time each, and gains nothing on clouds of stereo_fusion; for clouds of other "
+      "programs in which much floats far from all surfaces",
+      {0, 4});
 }
 
 size_t EstimateVisibilityMesherVertices(const Scene& scene, size_t num_points, PointSpacing spacing,

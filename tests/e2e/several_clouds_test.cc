@@ -6,12 +6,14 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "lsmvs/colmap_adapter/fused_cloud.h"
 #include "lsmvs/colmap_adapter/sparse_model_io.h"
 #include "lsmvs/mesh/ply.h"
+#include "lsmvs/synthetic/shuffled_cloud.h"
 #include "lsmvs/synthetic/town.h"
 #include "lsmvs/synthetic/workspace.h"
 #include "lsmvs/test_support/temporary_folder.h"
@@ -77,6 +79,22 @@ void WriteFlight(const fs::path& folder, const Flight& flight, const Eigen::Vect
   WriteFusedCloud(folder / "fused.ply", cloud, moved);
 }
 
+// The cloud in another order as fused.ply, and the same points split at random into two more clouds
+// of the workspace.
+void WriteShuffledAndSplit(const fs::path& folder, const Flight& flight) {
+  WriteFlight(folder, flight, Eigen::Vector3d::Zero());
+  const VisibilityCloud cloud = Shuffle(flight.cloud, 1).cloud;
+  WriteFusedCloud(folder / "shuffled.ply", cloud, flight.views);
+  VisibilityCloud halves[2];
+  std::mt19937_64 random(2);
+  for (size_t p = 0; p < cloud.size(); ++p) {
+    halves[random() % 2].Add(cloud.positions[p], cloud.normals[p], cloud.colors[p],
+                             cloud.ViewsOf(p));
+  }
+  WriteFusedCloud(folder / "one.ply", halves[0], flight.views);
+  WriteFusedCloud(folder / "two.ply", halves[1], flight.views);
+}
+
 // A town that two flights have seen, and both as one, in either order.
 class SeveralClouds : public testing::Test {
  protected:
@@ -95,6 +113,7 @@ class SeveralClouds : public testing::Test {
     WriteFlight(Path("ab"), Concatenate(a, b), none);
     WriteFlight(Path("ba"), Concatenate(b, a), none);
     WriteFlight(Path("far"), b, {5000, 0, 0});
+    WriteShuffledAndSplit(Path("split"), a);
   }
   static void TearDownTestSuite() { delete folder_; }
 
@@ -134,6 +153,19 @@ TEST_F(SeveralClouds, AreMeshedAsTheConcatenatedCloudInAnyOrder) {
   EXPECT_GT(ReadMeshPly(Path("1/mesh.ply")).faces.size(), 10000u);
   // The second run finds the first one's record, whatever the order.
   EXPECT_THAT(Mesh({"b", "a"}, "1/mesh.ply").out, HasSubstr("up to date"));
+}
+
+TEST_F(SeveralClouds, OrderOfThePointsAndOfTheirFilesDoesNotMatter) {
+  ExpectSuccess(Mesh({"split"}, "order/whole.ply"));
+  ExpectSuccess(Mesh({"split/shuffled.ply"}, "order/1.ply", {"--num_parts", "2"}));
+  ExpectSuccess(Mesh({"split/one.ply", "split/two.ply"}, "order/2.ply"));
+  ExpectSuccess(Mesh({"split/two.ply", "split/one.ply"}, "order/3.ply", {"--num_parts", "7"}));
+  for (const std::string other : {"1", "2", "3"}) {
+    EXPECT_TRUE(SameMesh("order/whole.ply", "order/" + other + ".ply")) << other;
+  }
+  // Photos of one model are the same photos.
+  EXPECT_THAT(Mesh({"split/two.ply", "split/one.ply", "b"}, "order/4.ply").out,
+              testing::ContainsRegex("views [0-9]+ to [0-9]+.*\nviews [0-9]+ to"));
 }
 
 TEST_F(SeveralClouds, PartsGiveTheSameBytes) {

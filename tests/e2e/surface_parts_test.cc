@@ -11,7 +11,9 @@
 #include <string>
 
 #include "lsmvs/colmap_adapter/fused_cloud.h"
+#include "lsmvs/colmap_adapter/scene_loader.h"
 #include "lsmvs/mesh/ply.h"
+#include "lsmvs/synthetic/shuffled_cloud.h"
 #include "lsmvs/synthetic/town.h"
 #include "lsmvs/test_support/temporary_folder.h"
 #include "lsmvs/test_support/test_data.h"
@@ -19,6 +21,8 @@
 #include "parts_support.h"
 #include "plan_figures.h"
 #include "program_runner.h"
+#include "small_disk.h"
+#include "small_workspace.h"
 
 namespace lsmvs {
 namespace {
@@ -111,6 +115,26 @@ TEST_F(SurfaceParts, DiskThatFillsUpEndsWithAMessageAndLosesNothing) {
   ExpectSameMesh("full.ply", "whole.ply");
 }
 
+// As the one before, where the disk is full, at several moments.
+TEST_F(SurfaceParts, FullDiskEndsWithAMessageAndLosesNothing) {
+  SKIP_WITH_SANITIZERS;
+  MakeWhole();
+  for (const std::string size : {"3m", "12m", "30m"}) {
+    const SmallDisk disk(size);
+    if (!disk.mounted()) GTEST_SKIP() << "cannot mount a file system: " << disk.reason();
+    const std::vector<std::string> arguments = {"--num_parts", "4", "--scratch_path",
+                                                disk.path().string()};
+    // Refused by the plan, or started all the same.
+    ExpectError(Mesh("disk.ply", arguments), 4, {disk.path().string(), "--scratch_path"});
+    std::vector<std::string> nevertheless = arguments;
+    nevertheless.insert(nevertheless.end(), {"--ignore_disk_space", "1"});
+    ExpectError(Mesh("disk.ply", nevertheless), 4, {disk.path().string(), "No space left"});
+    EXPECT_FALSE(fs::exists(Path("disk.ply")));
+  }
+  ExpectSuccess(Mesh("disk.ply", {"--num_parts", "4"}));
+  ExpectSameMesh("disk.ply", "whole.ply");
+}
+
 TEST_F(SurfaceParts, KillsAtRandomMomentsLeaveNothingBehind) {
   SKIP_WITH_SANITIZERS;
   MakeWhole();
@@ -118,12 +142,21 @@ TEST_F(SurfaceParts, KillsAtRandomMomentsLeaveNothingBehind) {
   ExpectSuccess(undisturbed);
   std::mt19937 random(5);
   const auto longest = static_cast<int>(undisturbed.seconds * 0.9e6);
-  for (int kill = 0; kill < 20; ++kill) {
+  int num_kills = 0;
+  for (int attempt = 0; attempt < 100 && num_kills < 20; ++attempt) {
     ProgramOptions options;
     options.signal_after =
         std::chrono::microseconds(std::uniform_int_distribution(1000, longest)(random));
-    Mesh("kill.ply", {"--num_parts", "4"}, options);
+    const ProgramResult result = Mesh("kill.ply", {"--num_parts", "4"}, options);
+    num_kills += (result.signal == SIGKILL);
+    if (result.signal == SIGKILL) continue;
+    // It came to its end, behind steps that were kept: once more from the start.
+    ExpectSuccess(result);
+    ExpectSameMesh("kill.ply", "whole.ply");
+    fs::remove(Path("kill.ply"));
+    fs::remove(Path("kill.ply.vis"));
   }
+  EXPECT_EQ(num_kills, 20);
   ExpectSuccess(Mesh("kill.ply", {"--num_parts", "4"}));
   ExpectSameMesh("kill.ply", "whole.ply");
   for (const auto& entry : fs::directory_iterator(Path("lsmvs"))) {
@@ -243,6 +276,20 @@ TEST_F(SurfaceParts, MeshesTooLargeToBeTracedAreRefusedBeforeTheStart) {
       "90MB"};
   ExpectError(RunProgram("lsmvs", draw), 5, {"mesh_renderer", "million faces", "--max_memory"});
   EXPECT_FALSE(fs::exists(Path("x.png")));
+  const SmallWorkspace workspace;
+  const std::vector<std::string> compare = {"mesh_comparer", "--workspace_path", workspace.text(),
+                                            "--input_paths", Path("whole.ply").string()};
+  const auto with_memory = [&](const std::string& max_memory) {
+    std::vector<std::string> arguments = compare;
+    arguments.insert(arguments.end(), {"--max_memory", max_memory});
+    return RunProgram("lsmvs", arguments);
+  };
+  ExpectError(with_memory("150MB"), 5, {"mesh_comparer", "million faces", "--max_memory"});
+  // What it asks for does.
+  const ProgramResult enough = with_memory("250MB");
+  ExpectSuccess(enough);
+  EXPECT_THAT(enough.err, testing::Not(testing::HasSubstr("scratch file")));
+  EXPECT_LT(enough.peak_bytes, 250e6);
 }
 
 // Outliers float in free space; what is near the surface stays.
@@ -294,9 +341,10 @@ TEST(SurfacePartsOfRealScene, GiveTheBytesOfTheWhole) {
   LSMVS_REQUIRE_SCENE("fountain-P11-fused");
   const TemporaryFolder folder;
   fs::copy(TestDataFolder() / "fountain-P11-fused", folder.path(), fs::copy_options::recursive);
-  const auto mesh = [&](const std::string& output, const std::string& num_parts) {
+  const auto mesh = [&](const std::string& output, const std::string& num_parts,
+                        const std::string& cloud = "fused.ply") {
     ExpectSuccess(
-        RunProgram("lsmvs", {"visibility_mesher", "--input_path", folder.path().string(),
+        RunProgram("lsmvs", {"visibility_mesher", "--input_path", (folder.path() / cloud).string(),
                              "--output_path", (folder.path() / output).string(), "--num_parts",
                              num_parts, "--VisibilityMeshing.max_proj_dist", "6"}));
     return ReadBytes(folder.path() / output) + ReadBytes(folder.path() / (output + ".vis"));
@@ -304,6 +352,13 @@ TEST(SurfacePartsOfRealScene, GiveTheBytesOfTheWhole) {
   const std::string whole = mesh("whole.ply", "1");
   EXPECT_GT(whole.size(), size_t{1} << 20);
   EXPECT_TRUE(mesh("parts.ply", "7") == whole);
+  // In another order.
+  const DenseWorkspace workspace{folder.path()};
+  const Scene scene = LoadScene(workspace);
+  const VisibilityCloud cloud = ReadFusedCloud(workspace.FusedPath(), scene, workspace).cloud;
+  WriteFusedCloud(folder.path() / "shuffled.ply", Shuffle(cloud, 1).cloud, scene);
+  EXPECT_TRUE(mesh("shuffled_whole.ply", "1", "shuffled.ply") == whole);
+  EXPECT_TRUE(mesh("shuffled_parts.ply", "2", "shuffled.ply") == whole);
 }
 
 }  // namespace

@@ -28,6 +28,23 @@ TEST(VisibilityCloud, SortsViewsAndDropsDuplicates) {
   EXPECT_EQ(cloud.colors[1], Color(4, 5, 6));
 }
 
+TEST(VisibilityCloud, KeepsWhatIsWanted) {
+  for (unsigned mask = 0; mask < 8; ++mask) {
+    VisibilityCloud cloud = TwoPoints(), expected;
+    for (size_t p = 0; p < 3; ++p) {
+      if ((mask >> p & 1) == 0) continue;
+      expected.Add(cloud.positions[p], cloud.normals[p], cloud.colors[p], cloud.ViewsOf(p));
+    }
+    cloud.KeepIf([&](size_t p) { return (mask >> p & 1) != 0; });
+    EXPECT_NO_THROW(cloud.CheckConsistent(5));
+    EXPECT_EQ(cloud.positions, expected.positions);
+    EXPECT_EQ(cloud.normals, expected.normals);
+    EXPECT_EQ(cloud.colors, expected.colors);
+    EXPECT_EQ(cloud.view_begin, expected.view_begin);
+    EXPECT_EQ(cloud.view_idxs, expected.view_idxs);
+  }
+}
+
 TEST(VisibilityCloud, ChecksItself) {
   EXPECT_NO_THROW(TwoPoints().CheckConsistent(5));
   EXPECT_NO_THROW(VisibilityCloud().CheckConsistent(0));

@@ -92,10 +92,25 @@ TEST(FreeSpaceFilter, WhatStaysKeepsItsBytesForAnyNumberOfThreads) {
   EXPECT_EQ(one.after.vertex_of_point, two.after.vertex_of_point);
   const MergedCloud &before = one.before, &after = one.after;
   ASSERT_LT(after.positions.size(), before.positions.size());
+  // By vertex before: the one that it is after; its points have gone along.
+  std::vector<uint32_t> kept(before.positions.size(), MergedCloud::kIgnoredPoint);
+  std::vector<uint8_t> has_points(before.positions.size(), 0);
+  ASSERT_EQ(after.vertex_of_point.size(), before.vertex_of_point.size());
+  for (size_t p = 0; p < before.vertex_of_point.size(); ++p) {
+    const uint32_t v = before.vertex_of_point[p], w = after.vertex_of_point[p];
+    if (v == MergedCloud::kIgnoredPoint) {
+      ASSERT_EQ(w, MergedCloud::kIgnoredPoint);
+      continue;
+    }
+    ASSERT_TRUE(!has_points[v] || kept[v] == w);
+    has_points[v] = 1;
+    kept[v] = w;
+  }
   // In the order of before, each with all that it had.
   size_t v = 0;
   for (size_t w = 0; w < after.positions.size(); ++w, ++v) {
-    while (before.first_point[v] != after.first_point[w]) ++v;
+    while (kept.at(v) == MergedCloud::kIgnoredPoint) ++v;
+    ASSERT_EQ(kept[v], w);
     ASSERT_EQ(after.positions[w], before.positions[v]);
     ASSERT_EQ(after.normals[w], before.normals[v]);
     ASSERT_EQ(after.colors[w], before.colors[v]);
@@ -104,7 +119,6 @@ TEST(FreeSpaceFilter, WhatStaysKeepsItsBytesForAnyNumberOfThreads) {
       ASSERT_EQ(after.SightsOf(w)[s].view_idx, before.SightsOf(v)[s].view_idx);
       ASSERT_EQ(after.SightsOf(w)[s].support, before.SightsOf(v)[s].support);
     }
-    EXPECT_EQ(after.vertex_of_point[after.first_point[w]], w);
   }
 }
 

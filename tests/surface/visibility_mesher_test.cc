@@ -5,6 +5,8 @@
 #include <CGAL/Surface_mesh.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -12,6 +14,7 @@
 #include "lsmvs/mesh/inspect.h"
 #include "lsmvs/mesh/repair.h"
 #include "lsmvs/synthetic/sampled_cloud.h"
+#include "lsmvs/synthetic/shuffled_cloud.h"
 #include "lsmvs/synthetic/surface_error.h"
 #include "lsmvs/synthetic/synthetic_scene.h"
 #include "lsmvs/test_support/expect_valid_mesh.h"
@@ -243,6 +246,31 @@ struct Similarity {
 
 class Invariance : public testing::TestWithParam<Similarity> {};
 
+// The place of each vertex among `places`: the first one within the distance.
+std::vector<int> FindPlaces(const std::vector<Eigen::Vector3d>& vertices,
+                            const std::vector<Eigen::Vector3d>& places, double distance) {
+  std::vector<int> found;
+  for (const Eigen::Vector3d& x : vertices) {
+    const auto place = std::ranges::find_if(
+        places, [&](const Eigen::Vector3d& y) { return (x - y).norm() <= distance; });
+    found.push_back(static_cast<int>(place - places.begin()));
+  }
+  return found;
+}
+
+// The faces by places of their corners, in an order that says nothing of the mesh's.
+std::vector<std::array<int, 3>> SortedFaces(const TriangleMesh& mesh,
+                                            const std::vector<int>& places) {
+  std::vector<std::array<int, 3>> faces;
+  for (const Eigen::Vector3i& face : mesh.faces) {
+    std::array<int, 3> corners = {places[face[0]], places[face[1]], places[face[2]]};
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    faces.push_back(corners);
+  }
+  std::sort(faces.begin(), faces.end());
+  return faces;
+}
+
 TEST_P(Invariance, SameConnectivity) {
   const auto& [scale, rotation, shift] = GetParam();
   const SyntheticScene scene = MakeScene(ShapeName::kSphereOnGround, 12, 320, 240);
@@ -263,13 +291,43 @@ TEST_P(Invariance, SameConnectivity) {
   }
   const auto before = MeshVisibilityCloud(scene.scene, cloud, Plain(), kContext);
   const auto after = MeshVisibilityCloud(moved_scene, moved_cloud, Plain(), kContext);
-  ASSERT_EQ(before.mesh.faces, after.mesh.faces);
-  double error = 0;
-  for (size_t v = 0; v < before.mesh.vertices.size(); ++v) {
-    const Eigen::Vector3d expected = scale * (rotation * before.mesh.vertices[v]) + shift;
-    error = std::max(error, (after.mesh.vertices[v] - expected).norm() / scale);
+  ASSERT_EQ(before.mesh.vertices.size(), after.mesh.vertices.size());
+  std::vector<Eigen::Vector3d> expected;
+  for (const Eigen::Vector3d& x : before.mesh.vertices) {
+    expected.push_back(scale * (rotation * x) + shift);
   }
-  EXPECT_LT(error, 1e-5);
+  // The order of vertices and faces is that along a curve, which depends on the frame.
+  const double tolerance = 1e-5 * scale;
+  const std::vector<int> places = FindPlaces(after.mesh.vertices, expected, tolerance);
+  for (const int place : places) ASSERT_LT(static_cast<size_t>(place), expected.size());
+  EXPECT_EQ(SortedFaces(after.mesh, places),
+            SortedFaces(before.mesh, FindPlaces(expected, expected, 0)));
+}
+
+TEST(VisibilityMesher, OrderOfThePointsDoesNotMatter) {
+  for (const double quality : {0.05, 0.7, 7.0}) {
+    const SyntheticScene scene = MakeScene(ShapeName::kSphereOnGround, 12, 320, 240);
+    SampledCloudOptions sampling = Points(6000);
+    sampling.noise = scene.gsd;
+    sampling.outlier_fraction = 0.3;
+    const VisibilityCloud cloud = SampleCloud(*scene.shape, scene.scene, sampling, kContext);
+    VisibilityMesherOptions options;
+    options.quality_regularization = quality;
+    options.find_free_points = true;
+    const auto expected = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
+    EXPECT_GT(expected.mesh.faces.size(), 1000u);
+    for (const uint64_t seed : {1, 2, 3}) {
+      const ShuffledCloud shuffled = Shuffle(cloud, seed);
+      const auto found = MeshVisibilityCloud(scene.scene, shuffled.cloud, options, kContext);
+      EXPECT_EQ(found.mesh.vertices, expected.mesh.vertices);
+      EXPECT_EQ(found.mesh.faces, expected.mesh.faces);
+      EXPECT_EQ(found.mesh.vertex_colors, expected.mesh.vertex_colors);
+      EXPECT_EQ(found.view_idxs, expected.view_idxs);
+      for (size_t p = 0; p < cloud.size(); ++p) {
+        ASSERT_EQ(found.point_is_free[p], expected.point_is_free[shuffled.origin[p]]);
+      }
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -35,8 +35,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// As the evaluator, and as the simplifier, for the page.
-constexpr MeshMemoryModel kMemory = {.all = 460, .in_memory = 100};
+// As the evaluator, and what is simplified of it for the page; photos, pictures and the page.
+constexpr MeshMemoryModel kMemory = {.all = 220, .in_memory = 100, .fixed = 110 << 20};
 constexpr int kPhotoQuality = 82;
 constexpr double kMaxTexels = 6e6;  // of a texture on the page
 

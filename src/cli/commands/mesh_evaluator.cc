@@ -121,11 +121,12 @@ class MeshEvaluator : public Command {
     if (tracer_ && scene_) {
       figures_.silhouettes = MeasureSilhouettes(*tracer_, mesh_, scene_->views, context.run);
     }
+    // Before errors take the place of the mesh's colours.
+    if (texture_) ScoreTexture(context);
     if (!ground_truth_path_.empty()) {
       CompareWithTruth(ReadMeshPly(ground_truth_path_, offset, NotFinite::kKeep), context);
     }
     if (Photometric() && (photometric_ || !figures_.cloud)) CompareWithPhotos(context);
-    if (texture_) ScoreTexture(context);
     WriteResults(offset);
   }
 
@@ -149,7 +150,6 @@ class MeshEvaluator : public Command {
       return;
     }
     textured_ = ReadTexturedPly(input_path_, offset, NotFinite::kKeep);
-    mesh_ = textured_.mesh;
     if (mesh_.faces.empty()) {
       throw InputError(input_path_, "has no faces", "--texture needs a mesh");
     }
@@ -275,8 +275,8 @@ class MeshEvaluator : public Command {
   TextureScoreOptions texture_score_;
 
   std::optional<Scene> scene_;
-  TriangleMesh mesh_;
-  TexturedMesh textured_;  // with --texture
+  TexturedMesh textured_;  // its texture only with --texture
+  TriangleMesh& mesh_ = textured_.mesh;
   // Of the points of a cloud of PMVS.
   std::vector<int> num_views_;
   std::vector<float> scores_;

@@ -333,9 +333,7 @@ class PatchMaker {
   }
 
   SourcedMesh Extract() {
-    std::vector<uint32_t> rank(points_.size());
-    std::iota(rank.begin(), rank.end(), 0u);
-    ExtractedSurface surface = ExtractSurface(std::move(complex_), rank);
+    ExtractedSurface surface = ExtractSurface(std::move(complex_));
     SourcedMesh patch;
     patch.mesh.faces = std::move(surface.mesh.faces);
     for (size_t v = 0; v < surface.vertex_point.size(); ++v) {

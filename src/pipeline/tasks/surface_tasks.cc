@@ -21,7 +21,7 @@ namespace lsmvs {
 
 namespace {
 
-constexpr const char* kSurfaceVersion = "8";
+constexpr const char* kSurfaceVersion = "9";
 constexpr const char* kRefinementVersion = "7";
 
 // Points inside the options' box, which is in the world of the files; all if it is empty.
@@ -29,12 +29,9 @@ VisibilityCloud Crop(const Reconstruction& reconstruction, VisibilityCloud cloud
   const Eigen::AlignedBox3d& box = reconstruction.options.bounding_box;
   if (box.isEmpty()) return cloud;
   const Eigen::Vector3d& world_offset = reconstruction.scene.world_offset;
-  VisibilityCloud kept;
-  for (size_t p = 0; p < cloud.size(); ++p) {
-    if (!box.contains(cloud.positions[p].cast<double>() + world_offset)) continue;
-    kept.Add(cloud.positions[p], cloud.normals[p], cloud.colors[p], cloud.ViewsOf(p));
-  }
-  return kept;
+  cloud.KeepIf(
+      [&](size_t p) { return box.contains(cloud.positions[p].cast<double>() + world_offset); });
+  return cloud;
 }
 
 VisibilityCloud SparseCloud(const Scene& scene) {

@@ -51,7 +51,6 @@ void MesherCheckpoints::WriteMerged(const VisibilityMesherCounters& counters,
   if (!folder_.is_on()) return;
   folder_.Write("frame", std::vector(1, cloud->frame));
   folder_.Write("positions", cloud->positions);
-  folder_.Write("first_point", cloud->first_point);
   folder_.Write("normals", cloud->normals);
   folder_.Write("colors", cloud->colors);
   folder_.Write("vertex_of_point", cloud->vertex_of_point);
@@ -70,7 +69,6 @@ void MesherCheckpoints::WriteMerged(const VisibilityMesherCounters& counters,
     folder_.Write("sights", cloud->sights);
   }
   WriteCounters(kMerged, counters);
-  Free(&cloud->first_point);
   Free(&cloud->normals);
   Free(&cloud->colors);
   Free(&cloud->vertex_of_point);
@@ -110,10 +108,6 @@ void MesherCheckpoints::DropSights(MergedCloud* cloud) const {
   if (!folder_.is_on()) return;
   Free(&cloud->sight_begin);
   Free(&cloud->sights);
-}
-
-void MesherCheckpoints::LoadFirstPoints(MergedCloud* cloud) const {
-  if (folder_.is_on()) folder_.Read("first_point", &cloud->first_point);
 }
 
 void MesherCheckpoints::LoadVertexOfPoint(MergedCloud* cloud) const {

@@ -27,7 +27,6 @@ class MesherCheckpoints {
   void ReadMerged(VisibilityMesherCounters* counters, MergedCloud* cloud) const;
   // Parts of the merged cloud, if they were let go of.
   void LoadSights(MergedCloud* cloud) const;
-  void LoadFirstPoints(MergedCloud* cloud) const;
   void LoadVertexOfPoint(MergedCloud* cloud) const;
   void LoadLooks(MergedCloud* cloud) const;  // normals and colours
   void DropSights(MergedCloud* cloud) const;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "lsmvs/geometry/mean_longer_side.h"
 #include "lsmvs/mesh/repair.h"
 #include "lsmvs/mesh/smoothing.h"
 #include "lsmvs/mesh/surface_trimming.h"
@@ -32,11 +33,11 @@ class Cleaner {
         options_(options),
         context_(context),
         mesh_(surface->mesh),
-        vertex_point_(surface->vertex_point) {
+        vertex_point_(surface->vertex_point),
+        photo_size_(MeanLongerSide(scene.views)) {
     for (const View& view : scene.views) {
       centers_.push_back(cloud.frame.FromWorld(view.CenterInWorld()));
       focal_lengths_.push_back(view.camera.MeanFocalLength());
-      photo_sizes_.push_back(std::max(view.camera.width, view.camera.height));
     }
   }
 
@@ -91,7 +92,7 @@ class Cleaner {
   // Vertices that a cut left off its surface were contradicted; among those on it, where no ray
   // tells, the share of false ones is taken to be the same.
   void MeasureFalseShare() {
-    std::vector<char> on_surface(cloud_.first_point.size(), 0);
+    std::vector<char> on_surface(cloud_.colors.size(), 0);
     for (const int32_t point : vertex_point_) {
       if (point >= 0) on_surface[static_cast<size_t>(point)] = 1;
     }
@@ -131,12 +132,7 @@ class Cleaner {
   }
 
   // Pixels.
-  double MaxGap() const {
-    double sum = 0;
-    for (const double size : photo_sizes_) sum += size;
-    return options_.max_gap_share * sum /
-           static_cast<double>(std::max<size_t>(photo_sizes_.size(), 1));
-  }
+  double MaxGap() const { return options_.max_gap_share * photo_size_; }
 
   double AreaInPixels(size_t f) const {
     const double pixel = PixelSize(mesh_.faces[f]);
@@ -296,9 +292,9 @@ class Cleaner {
 
   std::vector<Eigen::Vector3d> centers_;  // of the views, canonical
   std::vector<double> focal_lengths_;     // of the views, pixels
-  std::vector<double> photo_sizes_;       // longer side of the views, pixels
   TriangleMesh& mesh_;
   std::vector<int32_t>& vertex_point_;
+  const double photo_size_;  // mean longer side of the views, pixels
   const double least_cosine_ = std::cos(options_.max_normal_angle_deg * std::numbers::pi / 180);
   std::vector<double> pixel_size_;  // by mesh vertex
   double usual_pixels_ = 0;         // length of the surface's edges

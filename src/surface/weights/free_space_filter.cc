@@ -205,7 +205,6 @@ void DropVertices(const std::vector<uint8_t>& dropped, MergedCloud* cloud) {
     if (dropped[v]) continue;
     new_index[v] = static_cast<uint32_t>(num_kept);
     cloud->positions[num_kept] = cloud->positions[v];
-    cloud->first_point[num_kept] = cloud->first_point[v];
     cloud->normals[num_kept] = cloud->normals[v];
     cloud->colors[num_kept] = cloud->colors[v];
     // Not read any more: v is at least as large.
@@ -213,7 +212,6 @@ void DropVertices(const std::vector<uint8_t>& dropped, MergedCloud* cloud) {
     for (uint64_t s = begin; s < end; ++s) cloud->sights[num_sights++] = cloud->sights[s];
   }
   cloud->positions.resize(num_kept);
-  cloud->first_point.resize(num_kept);
   cloud->normals.resize(num_kept);
   cloud->colors.resize(num_kept);
   cloud->sight_begin.resize(num_kept + 1);
