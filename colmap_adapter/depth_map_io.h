@@ -28,7 +28,7 @@ namespace lsmvs {
 // its beginning.
 //   kColmap   COLMAP's: floats, 4 bytes per pixel for depth, 12 for the normal
 //   kCompact  ours, about 2 bytes per pixel for both (see files/compact_map.h): the depth within
-//             log(largest / smallest depth) / 131068 of itself, the normal within half a degree
+//             log(largest / smallest depth) / 131068 of itself, the normal within 0.7 degrees
 enum class MapFormat { kColmap, kCompact };
 
 // Width x height of the map, or nothing if it is missing or not complete (a killed run leaves

@@ -16,7 +16,7 @@
 namespace lsmvs {
 
 // How depth maps are written: exactly, with 16 bytes per pixel, or within some 1e-5 of the depth
-// and half a degree of the normal, with 2. Either is read.
+// and 0.7 degrees of the normal, with about 2.4. Either is read.
 enum class MapPrecision { kExact, kCompact };
 
 // The files of one dense workspace, as the pipeline needs them. Whoever knows the formats
