@@ -22,7 +22,6 @@ struct TwoSpheres {
     for (size_t v = 0; v < surface.mesh.vertices.size(); ++v) {
       surface.vertex_point.push_back(static_cast<int32_t>(v));
       cloud.positions.push_back(surface.mesh.vertices[v].cast<float>());
-      cloud.first_point.push_back(static_cast<uint32_t>(v));
       cloud.normals.push_back(Eigen::Vector3f::Zero());
       cloud.colors.push_back(ColorOf(v));
       for (uint32_t view = 0; view < 4; ++view) cloud.sights.push_back({view, 1});

@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <numeric>
 #include <random>
 #include <vector>
 
@@ -51,11 +50,7 @@ double FullVolume(const Tetrahedralization& complex) {
   return volume;
 }
 
-ExtractedSurface Extract(const Tetrahedralization& complex) {
-  std::vector<uint32_t> rank(complex.points.size());
-  std::iota(rank.begin(), rank.end(), 0u);
-  return ExtractSurface(complex, rank);
-}
+ExtractedSurface Extract(const Tetrahedralization& complex) { return ExtractSurface(complex); }
 
 // Whatever the cut: a closed oriented manifold around the full cells.
 TEST(SurfaceExtraction, RandomLabelsGiveAClosedManifoldOfTheFullVolume) {

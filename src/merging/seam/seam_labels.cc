@@ -28,7 +28,7 @@ constexpr double kPreferenceGain = 2, kResolutionGain = 0.25, kEqualResolution =
 // Of the surface whose end is farther away; distances count up to so many edge lengths.
 constexpr double kEndGain = 0.02, kEndReach = 12;
 // Edge lengths from midway between the ends within which the seam of alike meshes is looked for.
-constexpr double kCorridor = 25;
+constexpr double kCorridor = 150;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 

@@ -48,10 +48,10 @@ std::shared_ptr<const Raster<float>> SurfaceMapCache::Depth(int view_idx) {
 DrawnMaps SurfaceMapCache::Take(int view_idx, bool with_face) {
   const std::lock_guard<std::mutex> lock(mutex_);
   Entry& entry = *entries_[static_cast<size_t>(view_idx)];
-  if (entry.listed) order_.splice(order_.begin(), order_, entry.place);
+  if (kept_.Contains(view_idx)) kept_.Use(view_idx);
   if (with_face && !entry.maps.face) return {};
   DrawnMaps taken = entry.maps;
-  if (with_face) DropFace(&entry);
+  if (with_face) DropFace(view_idx);
   return taken;
 }
 
@@ -69,27 +69,26 @@ DrawnMaps SurfaceMapCache::DrawAndKeep(int view_idx, bool with_face) {
   entry.maps = maps;
   if (with_face) entry.needs_face = false;
   if (!entry.needs_face) entry.maps.face.reset();
-  held_bytes_ += Bytes(entry.maps.depth) + Bytes(entry.maps.face);
-  order_.push_front(view_idx);
-  entry.place = order_.begin();
-  entry.listed = true;
-  while (held_bytes_ > budget_bytes_ && order_.back() != view_idx) Drop(order_.back());
+  kept_.Use(view_idx);
+  kept_.SetBytes(view_idx, Bytes(entry.maps.depth) + Bytes(entry.maps.face));
+  while (kept_.held_bytes() > budget_bytes_) {
+    const auto oldest = kept_.LeastRecent([&](int other) { return other != view_idx; });
+    if (!oldest) break;
+    Drop(*oldest);
+  }
   return maps;
 }
 
 void SurfaceMapCache::Drop(int view_idx) {
-  Entry& entry = *entries_[static_cast<size_t>(view_idx)];
-  if (!entry.listed) return;
-  held_bytes_ -= Bytes(entry.maps.depth) + Bytes(entry.maps.face);
-  entry.maps = {};
-  order_.erase(entry.place);
-  entry.listed = false;
+  entries_[static_cast<size_t>(view_idx)]->maps = {};
+  kept_.Remove(view_idx);
 }
 
-void SurfaceMapCache::DropFace(Entry* entry) {
-  held_bytes_ -= Bytes(entry->maps.face);
-  entry->maps.face.reset();
-  entry->needs_face = false;
+void SurfaceMapCache::DropFace(int view_idx) {
+  Entry& entry = *entries_[static_cast<size_t>(view_idx)];
+  entry.maps.face.reset();
+  entry.needs_face = false;
+  kept_.SetBytes(view_idx, Bytes(entry.maps.depth));
 }
 
 }  // namespace lsmvs

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <list>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -9,6 +8,7 @@
 
 #include "lsmvs/image/rasterizer.h"
 #include "lsmvs/refinement/photo/surface_warp.h"
+#include "lsmvs/util/lru_cache.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
@@ -44,15 +44,13 @@ class SurfaceMapCache {
     DrawnMaps maps;
     int num_uses = 0;
     bool needs_face = true;
-    std::list<int>::iterator place;
-    bool listed = false;
   };
 
   // Of the entry; both null if it does not hold the maps that are asked for.
   DrawnMaps Take(int view_idx, bool with_face);
   DrawnMaps DrawAndKeep(int view_idx, bool with_face);
   void Drop(int view_idx);
-  void DropFace(Entry* entry);
+  void DropFace(int view_idx);
 
   const std::vector<PosedCamera>* views_;
   std::span<const Eigen::Vector3d> vertices_;
@@ -61,8 +59,7 @@ class SurfaceMapCache {
   size_t budget_bytes_;
   std::mutex mutex_;  // of what follows, but for Entry::drawing
   std::vector<std::unique_ptr<Entry>> entries_;
-  std::list<int> order_;  // most recently used first
-  size_t held_bytes_ = 0;
+  LruOrder<int> kept_;  // views with maps
 };
 
 }  // namespace lsmvs

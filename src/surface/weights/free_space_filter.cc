@@ -48,7 +48,9 @@ class Level {
     merging_.max_proj_dist *= coarsening_;
     merging_.max_depth_dist *= coarsening_;
     merging_.keep_assignment = false;
-    weights_.sink_weight *= coarsening_;
+    // Thin parts are thinner than the reach, twice as soon on each further level: without more
+    // weight behind them they would count as outliers.
+    weights_.sink_weight *= coarsening_ * std::exp2(level - 1);
   }
 
   // By vertex of the cloud: whether it is to be dropped. Empty if the level has no surface.
