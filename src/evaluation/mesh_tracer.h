@@ -32,7 +32,7 @@ struct ClosestPoint {
 // precision about the middle of its bounding box: distances are right to about 1e-7 of the mesh's
 // size. Faces with vertices that are not finite are left out. Both sides of a face are seen.
 // Queries are thread-safe, and give the same answer on any number of threads. Building takes O(F
-// log F) and about 150 bytes per face. Embree 3 (Wald et al., SIGGRAPH 2014).
+// log F) and about 150 bytes per face. Embree (Wald et al., SIGGRAPH 2014).
 class MeshTracer {
  public:
   MeshTracer(const TriangleMesh& mesh, const RunContext& context);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <stdexcept>
 
@@ -24,6 +23,7 @@
 #include "lsmvs/scene/view_selection.h"
 #include "lsmvs/texturing/vertex_colors.h"
 #include "lsmvs/util/memory.h"
+#include "lsmvs/util/phase_timer.h"
 #include "lsmvs/util/scratch_memory.h"
 #include "lsmvs/util/valid_options.h"
 
@@ -52,10 +52,6 @@ constexpr double kLevelSum = 1.33;  // pixels of all levels, relative to the fin
 constexpr double kPixelsOfFace = 3.8, kPartThatStays = 0.25;
 // The guard looks for pairs that took no part among more neighbours than the refinement had.
 constexpr int kGuardNeighborFactor = 2, kMaxGuardPairs = 4;
-
-double Seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 std::vector<uint8_t> HeldOut(int num_views, int every) {
   std::vector<uint8_t> held_out(static_cast<size_t>(num_views), 0);
@@ -129,7 +125,7 @@ class MeshRefiner {
         checkpoints_(checkpoints) {}
 
   RefinementResult Run(TriangleMesh&& mesh) {
-    const double start = Seconds();
+    const Stopwatch stopwatch;
     result_.mesh.vertices = std::move(mesh.vertices);
     result_.mesh.faces = std::move(mesh.faces);
     mesh = {};  // what else it has is not needed
@@ -137,7 +133,7 @@ class MeshRefiner {
     candidates_ = NeighborPairs(scene_, options_, options_.max_num_neighbors,
                                 HeldOut(scene_.num_views(), options_.hold_out_every), context_);
     result_.num_pairs = static_cast<int>(candidates_.size());
-    result_.prepare_seconds = Seconds() - start;
+    result_.prepare_seconds = stopwatch.Seconds();
     if (candidates_.empty()) {
       GiveUp("no two photos overlap at a useful angle; the mesh is as it was");
     } else if (result_.mesh.faces.empty()) {
@@ -164,7 +160,7 @@ class MeshRefiner {
     const int num_found = checkpoints_.HasJudged()
                               ? static_cast<int>(levels.size())
                               : checkpoints_.NumLevels(static_cast<int>(levels.size()));
-    result_.num_steps_found = static_cast<size_t>(num_found + checkpoints_.HasJudged());
+    result_.num_steps_found = static_cast<size_t>(num_found) + (checkpoints_.HasJudged() ? 1 : 0);
     if (num_found > 0 && !checkpoints_.HasJudged()) checkpoints_.ReadLevel(num_found - 1, State());
     for (int k = 0; k < static_cast<int>(levels.size()); ++k) {
       const double cost = std::pow(kLevelCostRatio, k);
@@ -198,7 +194,7 @@ class MeshRefiner {
 
   // False if no pair sees any face.
   bool RefineLevel(int level, bool is_first, const RunContext& context) {
-    const double start = Seconds();
+    const Stopwatch stopwatch;
     images_.Trim(0);
     const auto views = MakeLevelViews(scene_, images_, level);
     SelectPairs(views, context);
@@ -212,24 +208,24 @@ class MeshRefiner {
     result_.levels.push_back(OptimizeLevel(images_, views, regions_, pairs_, input_, options_,
                                            level, &result_.mesh,
                                            context.Part(kPartBeforeSteps, 1)));
-    result_.levels.back().seconds = Seconds() - start;
+    result_.levels.back().seconds = stopwatch.Seconds();
     result_.optimize_seconds += result_.levels.back().seconds;
     return true;
   }
 
   void SelectPairs(const std::vector<PosedCamera>& views, const RunContext& context) {
-    const double start = Seconds();
+    const Stopwatch stopwatch;
     regions_ = GrowFaceRegions(result_.mesh, kFacesPerRegion);
     pairs_ = SelectFacePairs(views, candidates_, result_.mesh, regions_,
                              MakePairSelectionOptions(options_, context_), context);
-    result_.prepare_seconds += Seconds() - start;
+    result_.prepare_seconds += stopwatch.Seconds();
   }
 
   // Brings the triangles to the resolution of the present pairs; thins out only what came in. True
   // if anything changed.
   bool AdaptToPairs(bool may_collapse) {
     if (options_.max_face_area_px == 0 && !options_.improve_mesh) return false;
-    const double start = Seconds();
+    const Stopwatch stopwatch;
     std::vector<float> density(result_.mesh.faces.size(), 0.0f);
     for (size_t f = 0; f < density.size(); ++f) {
       const double area = 0.5 * FaceNormalTimesTwiceArea(result_.mesh, f).norm();
@@ -244,13 +240,13 @@ class MeshRefiner {
     if (changes.Any()) {
       OrderByRegions(GrowFaceRegions(result_.mesh, kFacesPerRegion), &result_.mesh, &input_);
     }
-    result_.remesh_seconds += Seconds() - start;
+    result_.remesh_seconds += stopwatch.Seconds();
     return changes.Any();
   }
 
   // By pairs that took no part where there are any.
   void JudgeAndFinish() {
-    const double start = Seconds();
+    const Stopwatch stopwatch;
     const auto views = MakeLevelViews(scene_, images_, 0);
     const FacePairs pairs = SelectJudges(views);
     const PhotoEnergyOptions energy = MakePhotoEnergyOptions(options_, 0, context_);
@@ -270,7 +266,7 @@ class MeshRefiner {
         FinishSurface(pairs, terms, finishing, &result_.mesh, context_);
     result_.num_dropped_faces = summary.num_dropped_faces;
     result_.num_closed_holes = summary.num_closed_holes;
-    result_.guard_seconds = Seconds() - start;
+    result_.guard_seconds = stopwatch.Seconds();
   }
 
   FacePairs SelectJudges(const std::vector<PosedCamera>& views) {
@@ -316,7 +312,7 @@ class MeshRefiner {
   }
 
   void Simplify(const RunContext& context) {
-    const double start = Seconds();
+    const Stopwatch stopwatch;
     std::vector<double> tolerance =
         VertexPixelSizes(result_.mesh, MakeLevelViews(scene_, images_, 0), context_);
     for (double& t : tolerance) t *= options_.simplify_tolerance;
@@ -325,17 +321,17 @@ class MeshRefiner {
     regions_ = {};
     pairs_ = {};
     result_.mesh = SimplifyWithinTolerance(result_.mesh, tolerance, {}, context).mesh;
-    result_.simplify_seconds = Seconds() - start;
+    result_.simplify_seconds = stopwatch.Seconds();
   }
 
   void Color() {
-    const double start = Seconds();
+    const Stopwatch stopwatch;
     images_.Trim(0);
     VertexColorOptions color_options;
     color_options.depth_tolerance = options_.depth_tolerance;
     result_.mesh.vertex_colors =
         ColorVertices(scene_, images_, result_.mesh, color_options, context_);
-    result_.color_seconds = Seconds() - start;
+    result_.color_seconds = stopwatch.Seconds();
   }
 
   const Scene& scene_;

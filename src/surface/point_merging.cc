@@ -9,6 +9,7 @@
 #include "lsmvs/geometry/hilbert_order.h"
 #include "lsmvs/surface/points/point_grid.h"
 #include "lsmvs/surface/points/point_order.h"
+#include "lsmvs/util/statistics.h"
 
 namespace lsmvs {
 
@@ -49,19 +50,15 @@ CanonicalFrame FindFrame(const VisibilityCloud& cloud) {
   CanonicalFrame frame;
   if (axes[0].empty()) return frame;
   for (int k = 0; k < 3; ++k) {
-    auto& axis = axes[k];
-    const auto middle = axis.begin() + static_cast<std::ptrdiff_t>(axis.size() / 2);
-    std::nth_element(axis.begin(), middle, axis.end());
-    frame.origin[k] = *middle;
+    frame.origin[k] = Median(&axes[k]);
   }
   std::vector<double> distances;
   for (size_t i = 0; i < axes[0].size(); ++i) {
     // The axes were permuted: take the distances along each.
     for (int k = 0; k < 3; ++k) distances.push_back(std::abs(axes[k][i] - frame.origin[k]));
   }
-  const auto high = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() * 9 / 10);
-  std::nth_element(distances.begin(), high, distances.end());
-  if (*high > 0) frame.world_per_unit = std::exp2(std::ceil(std::log2(*high)) + 1);
+  const double high = ValueOfRank(&distances, distances.size() * 9 / 10);
+  if (high > 0) frame.world_per_unit = std::exp2(std::ceil(std::log2(high)) + 1);
   return frame;
 }
 
@@ -123,9 +120,7 @@ class Merger {
       if (across > 0) values.push_back(across);
     }
     if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
+    return Median(&values);
   }
 
   // Points by level (octaves of the reach over its median), many views first, then along the views.

@@ -137,7 +137,7 @@ class LruCache {
     order_.SetBytes(key, loaded.bytes);
     // Entries of 0 bytes are still being loaded.
     DropBeyond(budget_bytes_, [&](const Key& other) {
-      return key < other || other < key ? order_.BytesOf(other) > 0 : false;
+      return (key < other || other < key) && order_.BytesOf(other) > 0;
     });
   }
 

@@ -79,6 +79,24 @@ std::string UniqueName(const fs::path& root) {
   return "lsmvs-" + Hasher().Update(text).HexDigest().substr(0, 12);
 }
 
+std::vector<std::vector<size_t>> RoundsToRun(const std::vector<Task>& tasks, const RunPlan& plan,
+                                             const PlannedStage& stage) {
+  std::vector<size_t> to_run;
+  for (size_t i = stage.begin; i < stage.end; ++i) {
+    if (plan.tasks[i].state == TaskState::kRun) to_run.push_back(i);
+  }
+  return RoundsOf(tasks, to_run);
+}
+
+// Jobs of tasks that can run at the same time, of the length that the options ask for.
+std::vector<std::vector<size_t>> JobsOf(const std::vector<Task>& tasks,
+                                        const std::vector<size_t>& task_idxs, int num_threads,
+                                        const EngineOptions& options) {
+  double all_seconds = 0;
+  for (const size_t i : task_idxs) all_seconds += tasks[i].cost.cpu_seconds;
+  return SliceTasks(tasks, task_idxs, SliceSeconds(all_seconds, num_threads, options));
+}
+
 // One stage on the job system.
 class StageDriver {
  public:
@@ -96,11 +114,9 @@ class StageDriver {
 
   void Run() {
     try {
-      std::vector<size_t> to_run;
-      for (size_t i = work_.stage().begin; i < work_.stage().end; ++i) {
-        if (work_.plan().tasks[i].state == TaskState::kRun) to_run.push_back(i);
+      for (const auto& round : RoundsToRun(work_.tasks(), work_.plan(), work_.stage())) {
+        RunRound(round);
       }
-      for (const auto& round : RoundsOf(work_.tasks(), to_run)) RunRound(round);
     } catch (const CancelledError&) {
       EndJobs(NumOpen() > 0 && work_.observer()->KeepJobs(NumOpen()));
       throw;
@@ -218,10 +234,7 @@ class StageDriver {
     }
     todo_.clear();
     for (const auto& [factors, task_idxs] : groups) {
-      double all_seconds = 0;
-      for (const size_t i : task_idxs) all_seconds += work_.tasks()[i].cost.cpu_seconds;
-      const auto slices =
-          SliceTasks(work_.tasks(), task_idxs, SliceSeconds(all_seconds, num_threads_, options_));
+      const auto slices = JobsOf(work_.tasks(), task_idxs, num_threads_, options_);
       for (size_t begin = 0; begin < slices.size(); begin += kMaxBatch) {
         const size_t end = std::min(slices.size(), begin + kMaxBatch);
         SubmitBatch({slices.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -565,25 +578,18 @@ class JobEngine : public Engine {
 
   StageDivision Divide(const std::vector<Task>& tasks, const RunPlan& plan,
                        const PlannedStage& stage) const override {
-    std::vector<size_t> to_run;
-    for (size_t i = stage.begin; i < stage.end; ++i) {
-      if (plan.tasks[i].state == TaskState::kRun) to_run.push_back(i);
-    }
     StageDivision division;
     division.num_threads = Threads(stage);
-    for (const auto& round : RoundsOf(tasks, to_run)) {
-      double all_seconds = 0;
+    for (const auto& round : RoundsToRun(tasks, plan, stage)) {
       for (const size_t i : round) {
-        all_seconds += tasks[i].cost.cpu_seconds;
         division.memory_bytes =
             std::max(division.memory_bytes,
                      JobMemoryBytes(tasks[i], plan.tasks[i], process_bytes_, 1, limits_));
       }
-      const auto slices =
-          SliceTasks(tasks, round, SliceSeconds(all_seconds, division.num_threads, options_));
-      division.num_jobs += slices.size();
-      division.jobs_at_once = std::max(
-          division.jobs_at_once, std::min(slices.size(), static_cast<size_t>(options_.max_jobs)));
+      const size_t num_jobs = JobsOf(tasks, round, division.num_threads, options_).size();
+      division.num_jobs += num_jobs;
+      division.jobs_at_once = std::max(division.jobs_at_once,
+                                       std::min(num_jobs, static_cast<size_t>(options_.max_jobs)));
     }
     division.job_seconds = stage.cost.cpu_seconds / division.num_threads /
                            static_cast<double>(std::max<size_t>(1, division.num_jobs));

@@ -7,6 +7,7 @@
 
 #include "lsmvs/geometry/distances.h"
 #include "lsmvs/mesh/edge_lengths.h"
+#include "lsmvs/util/statistics.h"
 
 namespace lsmvs {
 
@@ -220,13 +221,8 @@ Registration MeasureRegistration(const BandSurface& surface, const BandSurface& 
   result.num_over = distances.size();
   if (distances.empty()) return result;
   result.share_opposite /= static_cast<double>(distances.size());
-  const auto median = [](std::vector<double>* values) {
-    const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-    std::nth_element(values->begin(), middle, values->end());
-    return *middle;
-  };
-  result.offset = median(&distances);
-  result.offset_edges = median(&edges);
+  result.offset = Median(&distances);
+  result.offset_edges = Median(&edges);
   return result;
 }
 
