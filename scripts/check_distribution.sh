@@ -3,10 +3,12 @@
 # bare root and reconstructs a rendered scene there. Run by hand, as root, with debootstrap installed; an hour on 2 cores.
 #   scripts/check_distribution.sh trixie            in /var/tmp/lsmvs-trixie, which is kept: a second run goes faster
 #   scripts/check_distribution.sh bookworm FOLDER
+#   JOBS=1 scripts/check_distribution.sh trixie      compilers and tests at once; every core without it
 set -euo pipefail
 cd "$(dirname "$0")/.."
 suite=${1:?usage: scripts/check_distribution.sh SUITE [FOLDER]}
 folder=${2:-/var/tmp/lsmvs-$suite}
+jobs=${JOBS:-$(nproc)}
 command -v debootstrap >/dev/null || { echo "error: debootstrap is missing; apt-get install debootstrap" >&2; exit 2; }
 [ "$(id -u)" -eq 0 ] || { echo "error: chroot needs root" >&2; exit 2; }
 
@@ -33,8 +35,8 @@ in_root "$folder/build" "cd /lsmvs/src
   scripts/setup.sh --test
   apt-get install -y -q --no-install-recommends file dpkg-dev
   cmake -S . -B /lsmvs/build -G Ninja -DCMAKE_BUILD_TYPE=Release
-  cmake --build /lsmvs/build
-  ctest --test-dir /lsmvs/build --output-on-failure -j2
+  cmake --build /lsmvs/build -j $jobs
+  ctest --test-dir /lsmvs/build --output-on-failure -j $jobs
   cd /lsmvs/build && rm -f *.deb && cpack
   rm -rf /lsmvs/scene && bin/make_synthetic_workspace --output /lsmvs/scene --shape relief --num_views 6 --width 320 --height 240"
 

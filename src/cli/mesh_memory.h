@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "lsmvs/cli/command.h"
+#include "lsmvs/program/command.h"
 #include "lsmvs/util/scratch_memory.h"
 
 namespace lsmvs {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <map>
 
-#include "lsmvs/cli/common_options.h"
 #include "lsmvs/pipeline/reconstruction_options.h"
+#include "lsmvs/util/duration_text.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
 

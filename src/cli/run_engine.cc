@@ -1,11 +1,8 @@
 #include "lsmvs/cli/run_engine.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
-#include <iostream>
 
 #include "lsmvs/util/error.h"
 
@@ -71,16 +68,13 @@ std::map<std::string, StageDivision> DivideStages(const Engine& engine,
   return divisions;
 }
 
-bool AskToKeepJobs(size_t num_jobs) {
-  if (num_jobs == 0 || ::isatty(STDIN_FILENO) != 1 || ::isatty(STDERR_FILENO) != 1) return false;
-  fmt::print(stderr,
-             "{} jobs of this run wait or run. Cancel them? [Y/n] (n: they go on, and the next "
-             "start picks them up) ",
-             num_jobs);
-  std::fflush(stderr);
-  std::string answer;
-  std::getline(std::cin, answer);
-  return !answer.empty() && (answer.front() == 'n' || answer.front() == 'N');
+bool AskToKeepJobs(size_t num_jobs, Console* console) {
+  if (num_jobs == 0) return false;
+  const std::optional<std::string> answer = console->Ask(
+      fmt::format("{} jobs of this run wait or run. Cancel them? [Y/n] (n: they go on, and the "
+                  "next start picks them up) ",
+                  num_jobs));
+  return answer && !answer->empty() && (answer->front() == 'n' || answer->front() == 'N');
 }
 
 }  // namespace lsmvs

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "lsmvs/cli/command.h"
 #include "lsmvs/cli/stage_options.h"
 #include "lsmvs/execution/engine.h"
 #include "lsmvs/execution/run_plan.h"
+#include "lsmvs/program/command.h"
 
 namespace lsmvs {
 
@@ -34,6 +34,6 @@ std::map<std::string, StageDivision> DivideStages(const Engine& engine,
 
 // Asks the user, who has stopped the run, whether its jobs are to go on. Where nobody can be asked
 // they are not.
-bool AskToKeepJobs(size_t num_jobs);
+bool AskToKeepJobs(size_t num_jobs, Console* console);
 
 }  // namespace lsmvs

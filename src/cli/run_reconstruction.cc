@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "lsmvs/cli/common_options.h"
-#include "lsmvs/cli/help_text.h"
 #include "lsmvs/cli/plan_text.h"
 #include "lsmvs/cli/run_engine.h"
 #include "lsmvs/colmap_adapter/cloud_inputs.h"
@@ -16,7 +14,9 @@
 #include "lsmvs/colmap_adapter/workspace_files.h"
 #include "lsmvs/execution/run_store.h"
 #include "lsmvs/execution/run_tasks.h"
+#include "lsmvs/program/version.h"
 #include "lsmvs/scene/contrast_check.h"
+#include "lsmvs/util/duration_text.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
 
@@ -27,27 +27,27 @@ namespace {
 // Shows the stages of a run.
 class ConsoleObserver : public RunObserver {
  public:
-  ConsoleObserver(const RunPlan& plan, const PlanHeader& header, ProgressDisplay* display)
-      : header_(header), seconds_to_come_(PlannedSecondsOf(header, plan)), display_(display) {}
+  ConsoleObserver(const RunPlan& plan, const PlanHeader& header, Console* console)
+      : header_(header), seconds_to_come_(PlannedSecondsOf(header, plan)), console_(console) {}
 
   void OnStageBegin(const PlannedStage& stage, double fraction_done) override {
     const double seconds = PlannedSecondsOf(header_, stage);
     seconds_to_come_ -= seconds;
-    display_->Begin(stage.name, fraction_done, {seconds, seconds_to_come_});
+    console_->Begin(stage.name, fraction_done, {seconds, seconds_to_come_});
   }
   void OnStageEnd(const StageSummary& summary) override {
     std::string note = CountsText(summary.counts);
     if (!note.empty()) note += ", ";
     note += fmt::format("{} of memory", FormatBytes(summary.peak_bytes));
-    display_->End(note);
+    console_->End(note);
   }
-  void OnNote(const std::string& note) override { display_->Note(note); }
-  bool KeepJobs(size_t num_jobs) override { return AskToKeepJobs(num_jobs); }
+  void OnNote(const std::string& note) override { console_->Note(note); }
+  bool KeepJobs(size_t num_jobs) override { return AskToKeepJobs(num_jobs, console_); }
 
  private:
   const PlanHeader& header_;
   double seconds_to_come_;  // of the stages that have not begun, by the plan
-  ProgressDisplay* display_;
+  Console* console_;
 };
 
 // What the process takes beside the stages.
@@ -206,7 +206,7 @@ void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstru
     CheckScratchFits(header, plan, disk);
   }
   if (Matches(plan)) CheckContrast(reconstruction.scene, *reconstruction.images, context.run);
-  ConsoleObserver observer(plan, header, context.display);
+  ConsoleObserver observer(plan, header, context.console);
   RunTasks(tasks, plan, &store, &observer, context.run, engine.get());
   Print("results\n" + ResultText(tasks, plan));
 }

@@ -2,13 +2,13 @@
 
 #include <vector>
 
-#include "lsmvs/cli/command.h"
 #include "lsmvs/cli/plan_text.h"
 #include "lsmvs/cli/stage_options.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/colmap_adapter/workspace_files.h"
 #include "lsmvs/execution/task.h"
 #include "lsmvs/pipeline/reconstruction.h"
+#include "lsmvs/program/command.h"
 
 namespace lsmvs {
 

@@ -34,7 +34,9 @@ RunPlan MakePlan() {
   return plan;
 }
 
-PlanHeader MakeHeader() { return {"/w", 10, 12.5e6, 1234567, 2, 100'000'000, 4'000'000'000, {}}; }
+PlanHeader MakeHeader() {
+  return {"/w", 10, 12.5e6, 1234567, 2, 100'000'000, 4'000'000'000, false, {}, {}};
+}
 
 TEST(PlanText, SaysWhatIsToDoAndWhatItTakes) {
   const std::string text = PlanText(MakeHeader(), MakePlan());

@@ -100,13 +100,13 @@ std::vector<std::pair<std::string, std::string>> RunMissingMeshers(const DenseWo
       failed.emplace_back(mesher.title, reason);
       continue;
     }
-    context.display->Begin("Running colmap " + mesher.command);
+    context.console->Begin("Running colmap " + mesher.command);
     try {
       const ToolUsage usage = RunMesher(mesher, workspace, colmap, context.run);
       KeepUsage(usage_path, workspace.folder / mesher.file, usage);
-      context.display->End();
+      context.console->End();
     } catch (const ExternalToolError& error) {
-      context.display->End("failed");
+      context.console->End("failed");
       failed.emplace_back(mesher.title, error.what());
     }
   }

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "lsmvs/cli/command.h"
 #include "lsmvs/colmap_adapter/colmap_runner.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
+#include "lsmvs/program/command.h"
 
 namespace lsmvs {
 

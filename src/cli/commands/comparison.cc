@@ -12,7 +12,6 @@
 
 #include "lsmvs/cli/commands/colmap_meshers.h"
 #include "lsmvs/cli/commands/evaluation_input.h"
-#include "lsmvs/cli/help_text.h"
 #include "lsmvs/cli/mesh_memory.h"
 #include "lsmvs/colmap_adapter/pmvs_cloud.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
@@ -23,6 +22,7 @@
 #include "lsmvs/image/image_codec.h"
 #include "lsmvs/mesh/simplify.h"
 #include "lsmvs/mesh/textured_ply.h"
+#include "lsmvs/program/version.h"
 #include "lsmvs/report/report.h"
 #include "lsmvs/texturing/vertex_colors.h"
 #include "lsmvs/util/atomic_file.h"
@@ -204,7 +204,7 @@ class Comparison {
   }
 
   void Add(const Candidate& candidate) {
-    context_.display->Begin("Measuring " + candidate.path.filename().string());
+    context_.console->Begin("Measuring " + candidate.path.filename().string());
     if (IsPmvsResult(candidate.path)) {
       AddCloud(ReadPmvsCloud(candidate.path, scene_.world_offset), candidate);
     } else {
@@ -216,7 +216,7 @@ class Comparison {
         AddMesh(textured, candidate);
       }
     }
-    context_.display->End();
+    context_.console->End();
   }
 
   void AddCloud(const PmvsCloud& cloud, const Candidate& candidate) {

@@ -3,10 +3,10 @@
 #include <filesystem>
 #include <string>
 
-#include "lsmvs/cli/command.h"
 #include "lsmvs/evaluation/depth_errors.h"
 #include "lsmvs/evaluation/photometric_score.h"
 #include "lsmvs/evaluation/surface_evaluator.h"
+#include "lsmvs/program/command.h"
 #include "lsmvs/util/option_set.h"
 
 namespace lsmvs {

@@ -43,7 +43,7 @@ class MapConverterCommand : public Command {
     load.check_images = false;
     const Scene scene = LoadScene(from, load);
     size_t num_converted = 0, num_done = 0;
-    context.display->Begin("map_converter");
+    context.console->Begin("map_converter");
     for (const View& view : scene.views) {
       context.run.ThrowIfCancelled();
       for (const DepthMapKind type : {DepthMapKind::kPhotometric, DepthMapKind::kGeometric}) {
@@ -51,7 +51,7 @@ class MapConverterCommand : public Command {
       }
       context.run.Report(static_cast<double>(++num_done) / static_cast<double>(scene.views.size()));
     }
-    context.display->End(fmt::format("{} maps converted", num_converted));
+    context.console->End(fmt::format("{} maps converted", num_converted));
   }
 
  private:

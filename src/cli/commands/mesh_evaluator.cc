@@ -195,7 +195,7 @@ class MeshEvaluator : public Command {
     if (truth.vertices.empty()) {
       throw InputError(ground_truth_path_, "has no points", "give a mesh or a cloud");
     }
-    context.display->Begin("Comparing with the ground truth");
+    context.console->Begin("Comparing with the ground truth");
     const std::vector<View> views = scene_ ? scene_->views : std::vector<View>();
     const SurfaceEvaluator evaluator(truth, views, surface_, context.run);
     const bool with_depth = tracer_ && evaluator.truth_tracer() != nullptr && !views.empty();
@@ -206,7 +206,7 @@ class MeshEvaluator : public Command {
                                                  context.run.Part(0.6, 1));
     }
     if (!error_path_.empty()) ColorByDistance(evaluator, context.run);
-    context.display->End();
+    context.console->End();
   }
 
   void CompareWithPhotos(const CommandContext& context) {
@@ -214,17 +214,17 @@ class MeshEvaluator : public Command {
       throw InputError(input_path_, "has no faces, and photos are only seen through a mesh",
                        "give a mesh, or compare a cloud with --ground_truth_path");
     }
-    context.display->Begin("Comparing with the photos");
+    context.console->Begin("Comparing with the photos");
     const std::unique_ptr<ImageStore> images = MakeImageStore(*scene_, {});
     const bool color = !error_path_.empty() && ground_truth_path_.empty();
     figures_.photometric = MeasurePhotometricScore(*tracer_, mesh_, *scene_, *images, ScoredViews(),
                                                    color, photo_, context.run);
     if (color) ColorByCorrelation(figures_.photometric->vertex_zncc);
-    context.display->End();
+    context.console->End();
   }
 
   void ScoreTexture(const CommandContext& context) {
-    context.display->Begin("Comparing colours with the photos");
+    context.console->Begin("Comparing colours with the photos");
     const std::unique_ptr<ImageStore> images = MakeImageStore(*scene_, {});
     std::optional<TexturePages> pages;
     if (textured_.has_texture()) {
@@ -234,7 +234,7 @@ class MeshEvaluator : public Command {
     }
     figures_.texture = MeasureTextureScore(*tracer_, mesh_, pages ? &*pages : nullptr, *scene_,
                                            *images, ScoredViews(), texture_score_, context.run);
-    context.display->End();
+    context.console->End();
   }
 
   // Yellow is the largest threshold.

@@ -82,16 +82,16 @@ class MeshExporter : public Command {
 
   void Run(const CommandContext& context) override {
     CheckOptions();
-    context.display->Begin("Reading");
+    context.console->Begin("Reading");
     const TexturedMesh textured = ReadTexturedPly(input_path_);
     if (textured.mesh.faces.empty()) {
       throw InputError(input_path_, "has no faces", "clouds cannot be exported; give a mesh");
     }
-    context.display->End();
-    context.display->Begin("Writing");
+    context.console->End();
+    context.console->Begin("Writing");
     CheckOverwrite(OutputFiles(textured));
     Write(textured, context.run);
-    context.display->End();
+    context.console->End();
     fmt::print("{}\n", output_path_);
   }
 

@@ -88,10 +88,10 @@ class MeshMergerCommand : public Command {
       inputs.push_back(ReadInput(path, context.run));
     }
     const Eigen::Vector3d offset = ShiftToOrigin(&inputs);
-    context.display->Begin("Merging");
+    context.console->Begin("Merging");
     const MergedMesh merged =
         MergeMeshes(std::move(inputs), ShiftedViews(offset), options_, context.run);
-    context.display->End();
+    context.console->End();
     Write(merged, offset);
   }
 

@@ -75,7 +75,7 @@ class MeshRendererCommand : public Command {
     if (mesh.faces.empty()) {
       throw InputError(input_path_, "has no faces", "clouds cannot be drawn; give a mesh");
     }
-    context.display->Begin("Drawing");
+    context.console->Begin("Drawing");
     const MeshTracer tracer(mesh, context.run);
     std::optional<TexturePages> texture;
     if (textured.has_texture()) texture.emplace(textured, context.run.memory_budget_bytes / 2);
@@ -86,7 +86,7 @@ class MeshRendererCommand : public Command {
                                 texture ? &*texture : nullptr));
       context.run.Report(static_cast<double>(i + 1) / static_cast<double>(viewpoints.size()));
     }
-    context.display->End();
+    context.console->End();
     fmt::print("{}\n", FramePath(0, viewpoints.size()));
   }
 

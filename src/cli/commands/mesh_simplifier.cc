@@ -86,10 +86,10 @@ class MeshSimplifier : public Command {
     if (!workspace_path_.empty()) scene_ = LoadSceneToEvaluate(workspace_path_, false);
     ReadMesh();
     const std::optional<PointViews> views = ReadViews();
-    context.display->Begin("Simplifying");
+    context.console->Begin("Simplifying");
     const SimplifiedMesh result =
         SimplifyWithinTolerance(mesh_, Tolerance(context.run), options_, context.run);
-    context.display->End();
+    context.console->End();
     Write(result, views);
     fmt::print("{} of {} faces\n{}\n", result.mesh.faces.size(), mesh_.faces.size(), output_path_);
   }

@@ -141,7 +141,7 @@ class MesherCommand : public Command {
       } catch (const InputError& error) {
         // The other models of the project are none the worse for it.
         if (entries.size() == 1) throw;
-        context.display->Abandon();
+        context.console->Abandon();
         fmt::print(stderr, "error: {}\n", error.what());
         if (!first_error) first_error = error;
       }
@@ -190,13 +190,13 @@ class MesherCommand : public Command {
 
   DenseWorkspace Prepare(const WorkspaceEntry& entry, const CommandContext& context) {
     if (entry.exists) return entry.workspace;
-    context.display->Begin("undistortion by colmap");
+    context.console->Begin("undistortion by colmap");
     PrepareWorkspaceOptions options;
     options.image_folder = image_path_;
     options.skip_missing_images = stage_.skip_missing_images;
     const DenseWorkspace workspace =
         PrepareDenseWorkspace(entry, ColmapRunner(), options, context.run);
-    context.display->End(workspace.folder.string());
+    context.console->End(workspace.folder.string());
     return workspace;
   }
 

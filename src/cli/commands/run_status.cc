@@ -5,10 +5,10 @@
 #include <memory>
 
 #include "lsmvs/cli/commands/commands.h"
-#include "lsmvs/cli/common_options.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/execution/run_status.h"
 #include "lsmvs/execution/run_store.h"
+#include "lsmvs/util/duration_text.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {

@@ -1,10 +1,9 @@
-#include "lsmvs/cli/command_line.h"
+#include "lsmvs/program/parsing/command_line.h"
 
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <map>
 #include <set>
 
 #include "lsmvs/util/error.h"
@@ -13,47 +12,6 @@
 namespace lsmvs {
 
 namespace {
-
-// COLMAP's names of what we call otherwise.
-const std::map<std::string, std::string>& Synonyms() {
-  static const std::map<std::string, std::string> synonyms = {
-      {"random_seed", "seed"},
-      {"default_random_seed", "seed"},
-      {"PatchMatchStereo.num_threads", "num_threads"},
-      {"PatchMatchStereo.min_triangulation_angle", "ViewSelection.min_triangulation_angle"},
-      {"PatchMatchStereo.allow_missing_files", "skip_missing_images"},
-      {"StereoFusion.num_threads", "num_threads"},
-      {"DelaunayMeshing.num_threads", "num_threads"},
-      {"DelaunayMeshing.max_proj_dist", "VisibilityMeshing.max_proj_dist"},
-      {"DelaunayMeshing.max_depth_dist", "VisibilityMeshing.max_depth_dist"},
-      {"DelaunayMeshing.visibility_sigma", "VisibilityMeshing.visibility_sigma"},
-      {"DelaunayMeshing.distance_sigma_factor", "VisibilityMeshing.distance_sigma_factor"},
-      {"DelaunayMeshing.quality_regularization", "VisibilityMeshing.quality_regularization"},
-      {"DelaunayMeshing.max_side_length_factor", "VisibilityMeshing.max_side_length_factor"},
-      {"DelaunayMeshing.max_side_length_percentile",
-       "VisibilityMeshing.max_side_length_percentile"}};
-  return synonyms;
-}
-
-// What COLMAP's project_generator writes for all commands, and few of ours have.
-bool IsCommonKeyOfColmap(const std::string& name) {
-  static const std::set<std::string> names = {
-      "database_path", "image_path", "log_to_stderr", "log_target",
-      "log_path",      "log_color",  "random_seed",   "default_random_seed"};
-  return names.contains(name);
-}
-
-// COLMAP writes -1 where it finds a value by itself.
-bool MeansDefault(const std::string& name, const std::string& text) {
-  static const std::set<std::string> names = {
-      "PatchMatchStereo.depth_min", "PatchMatchStereo.depth_max", "PatchMatchStereo.sigma_spatial"};
-  return names.contains(name) && (text == "-1" || text == "-1.0");
-}
-
-std::string Canonical(const std::string& name) {
-  const auto found = Synonyms().find(name);
-  return found == Synonyms().end() ? name : found->second;
-}
 
 std::vector<std::string> NamesOf(const OptionSet& options) {
   std::vector<std::string> names = {"help", "help_all", "version"};
@@ -100,12 +58,13 @@ std::vector<std::string> LeaveOutMeaningless(const std::vector<std::string>& arg
 // "--name value" as "--name=value", so that a value may start with '-' and a flag never swallows
 // the next argument.
 std::vector<std::string> JoinValues(const std::vector<std::string>& arguments,
-                                    const OptionSet& options) {
+                                    const OptionSet& options, const OptionSynonyms& synonyms) {
   std::vector<std::string> joined;
   for (size_t i = 0; i < arguments.size(); ++i) {
     const std::string& argument = arguments[i];
     const bool is_long = argument.starts_with("--") && argument.find('=') == std::string::npos;
-    const OptionSet::Entry* entry = is_long ? options.Find(Canonical(argument.substr(2))) : nullptr;
+    const OptionSet::Entry* entry =
+        is_long ? options.Find(synonyms.Canonical(argument.substr(2))) : nullptr;
     if (entry == nullptr) {
       joined.push_back(argument);
       continue;
@@ -148,16 +107,17 @@ std::set<std::string> GroupsOf(const OptionSet& options) {
 
 // Known assignments of the ini file; sections of other commands go to `ignored`.
 std::vector<Assignment> KeepKnown(const std::vector<Assignment>& assignments,
-                                  const OptionSet& options, std::set<std::string>* ignored) {
+                                  const OptionSet& options, const OptionSynonyms& synonyms,
+                                  std::set<std::string>* ignored) {
   const std::set<std::string> groups = GroupsOf(options);
   std::vector<Assignment> kept;
   for (const auto& [name, text] : assignments) {
     const std::string group = HasGroup(name) ? name.substr(0, name.find('.')) : "";
-    if (options.Find(Canonical(name)) != nullptr) {
+    if (options.Find(synonyms.Canonical(name)) != nullptr) {
       kept.emplace_back(name, text);
     } else if (!group.empty() && !groups.contains(group)) {
       ignored->insert(group);
-    } else if (IsCommonKeyOfColmap(name)) {
+    } else if (synonyms.common_keys.contains(name)) {
       continue;
     } else {
       throw UsageError(UnknownOption(name, options) + " (from the ini file)");
@@ -167,11 +127,12 @@ std::vector<Assignment> KeepKnown(const std::vector<Assignment>& assignments,
 }
 
 // Values of a list replace those that it had before.
-void SetAll(const std::vector<Assignment>& assignments, const OptionSet& options, bool grouped) {
+void SetAll(const std::vector<Assignment>& assignments, const OptionSet& options,
+            const OptionSynonyms& synonyms, bool grouped) {
   std::set<const OptionSet::Entry*> begun;
   for (const auto& [name, text] : assignments) {
-    if (HasGroup(name) != grouped || MeansDefault(name, text)) continue;
-    const OptionSet::Entry* entry = options.Find(Canonical(name));
+    if (HasGroup(name) != grouped || synonyms.MeansDefault(name, text)) continue;
+    const OptionSet::Entry* entry = options.Find(synonyms.Canonical(name));
     if (entry->is_list() && begun.insert(entry).second) entry->clear();
     entry->set(text);
   }
@@ -181,7 +142,8 @@ void SetAll(const std::vector<Assignment>& assignments, const OptionSet& options
 
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const OptionSet& options,
                              const std::string& positional,
-                             const std::vector<std::string>& without_meaning) {
+                             const std::vector<std::string>& without_meaning,
+                             const OptionSynonyms& synonyms) {
   CommandLine line;
   CLI::App app;
   app.set_help_flag();
@@ -190,7 +152,7 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const Op
   app.add_flag("--version", line.version);
   for (const OptionSet::Entry& entry : options.entries()) {
     std::string names = "--" + entry.name;
-    for (const auto& [synonym, name] : Synonyms()) {
+    for (const auto& [synonym, name] : synonyms.names) {
       if (name == entry.name) names += ",--" + synonym;
     }
     if (entry.name == positional) names += "," + positional;
@@ -201,8 +163,8 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const Op
     option->allow_extra_args(false);  // one value each time it is given
     if (!entry.is_list()) option->take_last()->expected(1);
   }
-  std::vector<std::string> reversed =
-      JoinValues(LeaveOutMeaningless(arguments, without_meaning, &line.without_meaning), options);
+  std::vector<std::string> reversed = JoinValues(
+      LeaveOutMeaningless(arguments, without_meaning, &line.without_meaning), options, synonyms);
   std::reverse(reversed.begin(), reversed.end());
   try {
     app.parse(reversed);
@@ -215,13 +177,14 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const Op
 std::vector<std::string> ApplyAssignments(const std::vector<Assignment>& ini_assignments,
                                           const std::vector<Assignment>& line_assignments,
                                           const OptionSet& options,
-                                          const std::function<void()>& apply_presets) {
+                                          const std::function<void()>& apply_presets,
+                                          const OptionSynonyms& synonyms) {
   std::set<std::string> ignored;
-  const std::vector<Assignment> from_ini = KeepKnown(ini_assignments, options, &ignored);
+  const std::vector<Assignment> from_ini = KeepKnown(ini_assignments, options, synonyms, &ignored);
   for (const bool grouped : {false, true}) {
     if (grouped) apply_presets();
-    SetAll(from_ini, options, grouped);
-    SetAll(line_assignments, options, grouped);
+    SetAll(from_ini, options, synonyms, grouped);
+    SetAll(line_assignments, options, synonyms, grouped);
   }
   return {ignored.begin(), ignored.end()};
 }

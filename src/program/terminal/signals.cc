@@ -1,4 +1,4 @@
-#include "lsmvs/cli/signals.h"
+#include "lsmvs/program/terminal/signals.h"
 
 #include <signal.h>
 #include <unistd.h>

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "lsmvs/cli/command_table.h"
+#include "lsmvs/program/command.h"
 
 namespace lsmvs {
 

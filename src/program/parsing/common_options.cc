@@ -1,4 +1,4 @@
-#include "lsmvs/cli/common_options.h"
+#include "lsmvs/program/parsing/common_options.h"
 
 #include <fmt/format.h>
 
@@ -40,13 +40,6 @@ size_t ParseBytes(const std::string& option, const std::string& text) {
         fmt::format("--{} is '{}', but must be a size such as 4GB or 500MB", option, text));
   }
   return static_cast<size_t>(bytes);
-}
-
-std::string FormatSeconds(double seconds) {
-  const auto whole = static_cast<long>(std::ceil(std::clamp(seconds, 0.0, 1e9)));
-  if (whole < 60) return fmt::format("{} s", whole);
-  if (whole < 3600) return fmt::format("{}:{:02} min", whole / 60, whole % 60);
-  return fmt::format("{}:{:02} h", whole / 3600, whole / 60 % 60);
 }
 
 void CommonOptions::Describe(OptionSet* options) {

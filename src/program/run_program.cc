@@ -1,4 +1,4 @@
-#include "lsmvs/cli/program.h"
+#include "lsmvs/program/run_program.h"
 
 #include <fmt/format.h>
 #include <glog/logging.h>
@@ -11,10 +11,12 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <set>
 
-#include "lsmvs/cli/command_line.h"
-#include "lsmvs/cli/common_options.h"
-#include "lsmvs/cli/help_text.h"
-#include "lsmvs/cli/signals.h"
+#include "lsmvs/program/help/help_text.h"
+#include "lsmvs/program/parsing/command_line.h"
+#include "lsmvs/program/parsing/common_options.h"
+#include "lsmvs/program/terminal/progress_display.h"
+#include "lsmvs/program/terminal/signals.h"
+#include "lsmvs/program/version.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
 #include "lsmvs/util/nearest_name.h"
@@ -115,7 +117,7 @@ void RunWithOptions(const CommonOptions& common, const std::vector<std::string>&
 }
 
 void ParseAndRun(const std::string& program, Command* command,
-                 const std::vector<std::string>& arguments,
+                 const std::vector<std::string>& arguments, const OptionSynonyms& synonyms,
                  const std::optional<CommandJob>& job = std::nullopt) {
   CommonOptions common;
   OptionSet own_options, common_options, all_options;
@@ -125,7 +127,7 @@ void ParseAndRun(const std::string& program, Command* command,
   common.Describe(&all_options);
   const CommandInfo info = command->Info();
   CommandLine line =
-      ParseCommandLine(arguments, all_options, info.positional, info.without_meaning);
+      ParseCommandLine(arguments, all_options, info.positional, info.without_meaning, synonyms);
   if (line.help || line.help_all) {
     fmt::print("{}", CommandHelp(program, info, own_options, common_options, line.help_all));
     return;
@@ -140,8 +142,8 @@ void ParseAndRun(const std::string& program, Command* command,
   std::vector<Assignment> ini;
   if (!common.project_path.empty()) ini = ReadIniFile(common.project_path);
   TakeOutMeaningless(info.without_meaning, &ini, &line.without_meaning);
-  const std::vector<std::string> ignored =
-      ApplyAssignments(ini, line.assignments, all_options, [&] { command->ApplyPresets(); });
+  const std::vector<std::string> ignored = ApplyAssignments(
+      ini, line.assignments, all_options, [&] { command->ApplyPresets(); }, synonyms);
   SetUpLibraries(common.log_level);
   WarnOfIgnored(ignored);
   WarnOfMeaningless(line.without_meaning);
@@ -162,18 +164,18 @@ void ParseAndRun(const std::string& program, Command* command,
 }  // namespace
 
 int RunCommand(const std::string& program, Command* command,
-               const std::vector<std::string>& arguments) {
+               const std::vector<std::string>& arguments, const OptionSynonyms& synonyms) {
   ReturnLargeBlocksWhenFreed();
-  return Guarded([&] { ParseAndRun(program, command, arguments); });
+  return Guarded([&] { ParseAndRun(program, command, arguments, synonyms); });
 }
 
 void RunCommandForJob(Command* command, const std::vector<std::string>& arguments,
-                      const CommandJob& job) {
-  ParseAndRun(command->Info().name, command, arguments, job);
+                      const CommandJob& job, const OptionSynonyms& synonyms) {
+  ParseAndRun(command->Info().name, command, arguments, synonyms, job);
 }
 
 int RunCommandTable(const std::vector<CommandFactory>& commands,
-                    const std::vector<std::string>& arguments) {
+                    const std::vector<std::string>& arguments, const OptionSynonyms& synonyms) {
   const std::string name = arguments.empty() ? "help" : arguments.front();
   if (name == "help" || name == "-h" || name == "--help") {
     fmt::print("{}", OverviewHelp(commands));
@@ -186,7 +188,8 @@ int RunCommandTable(const std::vector<CommandFactory>& commands,
   for (const CommandFactory& make : commands) {
     const std::unique_ptr<Command> command = make();
     if (command->Info().name != name) continue;
-    return RunCommand("lsmvs " + name, command.get(), {arguments.begin() + 1, arguments.end()});
+    return RunCommand("lsmvs " + name, command.get(), {arguments.begin() + 1, arguments.end()},
+                      synonyms);
   }
   return Guarded([&] { ThrowUnknownCommand(name, commands); });
 }

@@ -1,11 +1,12 @@
-#include "lsmvs/cli/manual.h"
+#include "lsmvs/program/manual.h"
 
 #include <fmt/format.h>
 
 #include <sstream>
 
-#include "lsmvs/cli/common_options.h"
-#include "lsmvs/cli/help_text.h"
+#include "lsmvs/program/help/help_text.h"
+#include "lsmvs/program/parsing/common_options.h"
+#include "lsmvs/program/version.h"
 #include "lsmvs/util/option_set.h"
 
 namespace lsmvs {

@@ -1,15 +1,12 @@
 #pragma once
 
-#include <filesystem>
-#include <optional>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "lsmvs/cli/progress_display.h"
-#include "lsmvs/execution/engine.h"
-#include "lsmvs/execution/job_order.h"
+#include "lsmvs/program/command_context.h"
 #include "lsmvs/util/option_set.h"
-#include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
 
@@ -29,27 +26,8 @@ struct CommandInfo {
   bool is_internal = false;  // called by our own programs: not in the list of commands
 };
 
-// A job of a run on many machines, which repeats the command that started the run.
-struct CommandJob {
-  std::filesystem::path root;  // of the run
-  JobNumber number;
-};
-
-// What a command runs with.
-struct CommandContext {
-  RunContext run;             // threads, seed, memory budget, cancel; progress goes to `display`
-  ProgressDisplay* display;   // Begin() a phase, let run.Report() move it, End() it
-  size_t process_bytes = 0;   // that the process took when `run` got its memory budget
-  DriverCommand driver = {};  // this command, for jobs to repeat
-  // Whether the user said how many threads and how much memory.
-  bool has_num_threads = false, has_max_memory = false;
-  // Set in a job: only its tasks are run.
-  std::optional<CommandJob> job = {};
-};
-
-// A command of `lsmvs`: one file under commands/ that derives from this, and one line in
-// command_table.cc. Its options are members, described once: from that come parsing, --help, ini
-// keys and bound checks.
+// A command of a program. Its options are described once: from that come parsing, --help, manual
+// pages, completion, ini keys and bound checks. See OptionsCommand for the usual one.
 class Command {
  public:
   virtual ~Command() = default;
@@ -65,5 +43,7 @@ class Command {
   // bug.
   virtual void Run(const CommandContext& context) = 0;
 };
+
+using CommandFactory = std::function<std::unique_ptr<Command>()>;
 
 }  // namespace lsmvs

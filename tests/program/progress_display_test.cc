@@ -1,4 +1,4 @@
-#include "lsmvs/cli/progress_display.h"
+#include "lsmvs/program/terminal/progress_display.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

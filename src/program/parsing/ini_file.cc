@@ -1,4 +1,4 @@
-#include "lsmvs/cli/ini_file.h"
+#include "lsmvs/program/parsing/ini_file.h"
 
 #include <CLI/CLI.hpp>
 #include <fstream>

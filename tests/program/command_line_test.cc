@@ -1,14 +1,15 @@
-#include "lsmvs/cli/command_line.h"
+#include "lsmvs/program/parsing/command_line.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "lsmvs/cli/common_options.h"
-#include "lsmvs/cli/help_text.h"
-#include "lsmvs/cli/program.h"
+#include "lsmvs/program/help/help_text.h"
+#include "lsmvs/program/parsing/common_options.h"
+#include "lsmvs/program/run_program.h"
 #include "lsmvs/test_support/temporary_folder.h"
+#include "lsmvs/util/duration_text.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {

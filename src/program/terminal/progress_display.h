@@ -6,15 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "lsmvs/util/run_context.h"
+#include "lsmvs/program/console.h"
 
 namespace lsmvs {
-
-// What a plan says of a phase.
-struct PlannedSeconds {
-  double phase = 0;  // of the phase, without what was done before; 0: unknown
-  double after = 0;  // of the phases to come
-};
 
 // Shows how far the present phase is and when it will end: a bar that is redrawn on a terminal,
 // otherwise a line every few seconds. Writes to the error stream, so that results on stdout stay
@@ -23,21 +17,20 @@ struct PlannedSeconds {
 // The time left starts from the plan, which is for an idle machine, and goes over to what the run
 // itself shows: the share of the phase that is done and the time it took. How much slower than
 // planned the run has been so far holds for the phases to come.
-class ProgressDisplay : public ProgressSink {
+class ProgressDisplay : public Console {
  public:
   // `stream` outlives the display. Whether it is a terminal is found out.
   explicit ProgressDisplay(std::FILE* stream = stderr);
 
-  // Starts a phase, called `title` in what is shown. Progress starts anew at 0; `done_before` of it
-  // needed no work (resumed), so that the time left is reckoned from the rest.
-  void Begin(const std::string& title, double done_before = 0, PlannedSeconds planned = {});
+  void Begin(const std::string& title, double done_before = 0,
+             PlannedSeconds planned = {}) override;
   void Report(double fraction) override;
-  // Prints a line, between what is shown of the progress.
-  void Note(const std::string& note);
-  // Ends the phase and says how long it took; `note` follows ("2.3 M points").
-  void End(const std::string& note = "");
-  // Ends the phase without a word of success (an error follows).
-  void Abandon();
+  void Note(const std::string& note) override;
+  void End(const std::string& note = "") override;
+  void Abandon() override;
+  void Print(const std::string& text) override;
+  // Asks only if standard input and the error stream are a terminal.
+  std::optional<std::string> Ask(const std::string& question) override;
 
   // Seconds since Begin().
   double Seconds() const;

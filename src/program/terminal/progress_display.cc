@@ -1,12 +1,12 @@
-#include "lsmvs/cli/progress_display.h"
+#include "lsmvs/program/terminal/progress_display.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <iostream>
 
-#include "lsmvs/cli/common_options.h"
-#include "lsmvs/util/memory.h"
+#include "lsmvs/util/duration_text.h"
 
 namespace lsmvs {
 
@@ -139,6 +139,20 @@ void ProgressDisplay::Abandon() {
   ClearBar();
   std::fflush(stream_);
   active_ = false;
+}
+
+void ProgressDisplay::Print(const std::string& text) {
+  fmt::print("{}", text);
+  std::fflush(stdout);
+}
+
+std::optional<std::string> ProgressDisplay::Ask(const std::string& question) {
+  if (::isatty(STDIN_FILENO) != 1 || ::isatty(STDERR_FILENO) != 1) return std::nullopt;
+  fmt::print(stderr, "{}", question);
+  std::fflush(stderr);
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer;
 }
 
 }  // namespace lsmvs

@@ -1,10 +1,12 @@
-#include "lsmvs/cli/help_text.h"
+#include "lsmvs/program/help/help_text.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
 #include <sstream>
+
+#include "lsmvs/program/version.h"
 
 namespace lsmvs {
 

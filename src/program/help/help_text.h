@@ -3,8 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "lsmvs/cli/command.h"
-#include "lsmvs/cli/command_table.h"
+#include "lsmvs/program/command.h"
 #include "lsmvs/util/option_set.h"
 
 namespace lsmvs {
@@ -23,9 +22,6 @@ std::string CommandHelp(const std::string& program, const CommandInfo& info,
 
 // Help of `lsmvs` itself: the list of commands.
 std::string OverviewHelp(const std::vector<CommandFactory>& commands);
-
-// "lsmvs 0.1.0".
-std::string VersionLine();
 
 // The table of exit codes, as printed by --help_all.
 std::string ExitCodeHelp();

@@ -33,7 +33,5 @@ struct CommonOptions {
 // "4GB", "1.5 G", "500MB", "4" (GB), "4GiB" in bytes (1 GB = 10^9, 1 GiB = 2^30). Throws UsageError
 // that names `option`.
 size_t ParseBytes(const std::string& option, const std::string& text);
-// "42 s", "3:07 min", "2:05 h".
-std::string FormatSeconds(double seconds);
 
 }  // namespace lsmvs

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <set>
 #include <string>
 #include <vector>
 
-#include "lsmvs/cli/ini_file.h"
+#include "lsmvs/program/parsing/ini_file.h"
 #include "lsmvs/util/option_set.h"
+#include "lsmvs/util/option_synonyms.h"
 
 namespace lsmvs {
 
@@ -21,11 +23,12 @@ struct CommandLine {
 // Parses `--name value`, `--name=value`, `--flag` (a BOOL option without value: 1) and at most one
 // argument without a name, which is taken as `positional` (the name of an option; empty: none is
 // allowed). Of an option that is given several times the last one counts; of a list, all, in order.
-// Values are not interpreted here. COLMAP's names of our options are known. Throws UsageError: an
-// unknown option names the nearest known one.
+// Values are not interpreted here. Throws UsageError: an unknown option names the nearest known
+// one.
 CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const OptionSet& options,
                              const std::string& positional,
-                             const std::vector<std::string>& without_meaning = {});
+                             const std::vector<std::string>& without_meaning = {},
+                             const OptionSynonyms& synonyms = {});
 
 // Sets the options: those of the ini file first, then the command line's; within each, options
 // without a group, then `apply_presets`, then those with one. Ini sections that the command does
@@ -34,7 +37,8 @@ CommandLine ParseCommandLine(const std::vector<std::string>& arguments, const Op
 std::vector<std::string> ApplyAssignments(const std::vector<Assignment>& ini_assignments,
                                           const std::vector<Assignment>& line_assignments,
                                           const OptionSet& options,
-                                          const std::function<void()>& apply_presets);
+                                          const std::function<void()>& apply_presets,
+                                          const OptionSynonyms& synonyms = {});
 
 // Takes the assignments out of the list that are of options without meaning, and adds their names.
 void TakeOutMeaningless(const std::vector<std::string>& without_meaning,
