@@ -35,9 +35,10 @@ MAY_USE = {
     "execution": set(),
     "program": {"execution"},
     "pipeline": ALGORITHMS | DATA | {"execution"},
-    "report": {"evaluation", "mesh", "geometry"},
+    "report": {"evaluation", "exporting", "texturing", "scene", "mesh", "image", "geometry"},
     "colmap_adapter": DATA,
-    "cli": ALGORITHMS | DATA | {"execution", "program", "exporting", "pipeline", "report", "colmap_adapter"},
+    "workflow": ALGORITHMS | DATA | {"execution", "program", "exporting", "pipeline", "report", "colmap_adapter"},
+    "cli": {"execution", "program", "workflow", "colmap_adapter"},
 }
 
 # Third-party headers that only .cc files may include.

@@ -27,6 +27,9 @@ struct CommandContext {
   bool has_num_threads = false, has_max_memory = false;
   // Set in a job: only its tasks are run.
   std::optional<CommandJob> job = {};
+
+  // That the process as a whole may take.
+  size_t AllowedBytes() const { return process_bytes + run.memory_budget_bytes; }
 };
 
 }  // namespace lsmvs

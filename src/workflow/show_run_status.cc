@@ -1,15 +1,15 @@
+#include "lsmvs/workflow/show_run_status.h"
+
 #include <fmt/format.h>
 
 #include <ctime>
 #include <filesystem>
-#include <memory>
+#include <map>
 
-#include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/execution/run_status.h"
 #include "lsmvs/execution/run_store.h"
 #include "lsmvs/util/duration_text.h"
-#include "lsmvs/util/error.h"
 
 namespace lsmvs {
 
@@ -64,40 +64,22 @@ std::string RecordText(const RunRecord& record) {
   return text.empty() ? "  nothing is on record\n" : text;
 }
 
-class RunStatusCommand : public Command {
- public:
-  CommandInfo Info() const override {
-    return {"run_status",
-            "How far the run in a workspace is",
-            "Says, from another terminal or machine, which stage a run is at, how far it is, when "
-            "the stage will end, and which of its jobs run and wait; and what is on record. "
-            "Changes nothing.",
-            {"lsmvs run_status project/dense/0"},
-            {"workspace_path"},
-            "workspace_path"};
-  }
-
-  void Describe(OptionSet* options) override {
-    options->Add("workspace_path", &workspace_path_, "Dense workspace, or a project with several.");
-  }
-
-  void Run(const CommandContext& /*context*/) override {
-    for (const WorkspaceEntry& entry : FindDenseWorkspaces(workspace_path_)) {
-      if (!entry.exists) continue;
-      const std::filesystem::path root = entry.workspace.folder;
-      const std::optional<RunStatus> status = ReadRunStatus(root);
-      fmt::print("{}\n{}{}", root.string(),
-                 status ? StatusText(*status, std::time(nullptr)) : "  no run is at work\n",
-                 RecordText(ReadRecordOf(root)));
-    }
-  }
-
- private:
-  std::string workspace_path_;
-};
-
 }  // namespace
 
-std::unique_ptr<Command> MakeRunStatusCommand() { return std::make_unique<RunStatusCommand>(); }
+void RunStatusOptions::Describe(OptionSet* options) {
+  options->Add("workspace_path", &workspace_path, "Dense workspace, or a project with several.");
+}
+
+void ShowRunStatus(const RunStatusOptions& options, const CommandContext& context) {
+  for (const WorkspaceEntry& entry : FindDenseWorkspaces(options.workspace_path)) {
+    if (!entry.exists) continue;
+    const std::filesystem::path root = entry.workspace.folder;
+    const std::optional<RunStatus> status = ReadRunStatus(root);
+    context.console->Print(
+        fmt::format("{}\n{}{}", root.string(),
+                    status ? StatusText(*status, std::time(nullptr)) : "  no run is at work\n",
+                    RecordText(ReadRecordOf(root))));
+  }
+}
 
 }  // namespace lsmvs

@@ -1,4 +1,4 @@
-#include "lsmvs/cli/stage_options.h"
+#include "lsmvs/workflow/stage_options.h"
 
 #include <algorithm>
 #include <fstream>
@@ -117,9 +117,9 @@ void StageOptions::Apply(ReconstructionOptions* options) const {
   options->max_image_size = std::max(0, max_image_size);
   options->keep_photometric_maps = keep_photometric_maps;
   options->map_precision = map_precision;
-  options->bounding_box = ParseBox("bounding_box", bounding_box);
+  options->bounding_box = bounding_box;
   if (box_path.empty()) return;
-  if (!bounding_box.empty())
+  if (!bounding_box.isEmpty())
     throw UsageError("--bounding_box and --bbox_path are the same; give one");
   std::ifstream file(box_path);
   if (!file) throw InputError(box_path, "cannot be opened", "correct --bbox_path");
@@ -134,12 +134,6 @@ void StageOptions::Apply(ReconstructionOptions* options) const {
 fs::path StageOptions::Database(const DenseWorkspace& workspace) const {
   if (database_path == "none") return {};
   return database_path.empty() ? FindDatabase(workspace) : fs::path(database_path);
-}
-
-void RenameForOutput(const fs::path& usual_output, Task* task) {
-  const fs::path& output = task->outputs.front();
-  const auto normal = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
-  if (normal(output) != normal(usual_output)) task->name += " -> " + normal(output).string();
 }
 
 }  // namespace lsmvs

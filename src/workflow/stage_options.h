@@ -1,11 +1,11 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <string>
 
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/execution/engine.h"
-#include "lsmvs/execution/task.h"
 #include "lsmvs/pipeline/reconstruction_options.h"
 #include "lsmvs/util/option_set.h"
 
@@ -20,7 +20,7 @@ struct StageOptions {
   DenseFormat format = DenseFormat::kColmap;
   std::string mask_path;
   std::string database_path;
-  std::string bounding_box;
+  Eigen::AlignedBox3d bounding_box;
   int max_image_size = -1;  // as COLMAP's: -1 or 0 is the full size
   bool overwrite = false;
   bool alpha_is_mask = true;
@@ -60,8 +60,5 @@ struct StageOptions {
   std::filesystem::path Database(const DenseWorkspace& workspace) const;
   DenseWorkspace Workspace() const { return DenseWorkspace{workspace_path}; }
 };
-
-// A task that writes elsewhere than the pipeline does is another one.
-void RenameForOutput(const std::filesystem::path& usual_output, Task* task);
 
 }  // namespace lsmvs

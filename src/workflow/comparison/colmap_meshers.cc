@@ -1,4 +1,4 @@
-#include "lsmvs/cli/commands/colmap_meshers.h"
+#include "lsmvs/workflow/comparison/colmap_meshers.h"
 
 #include <fmt/format.h>
 

@@ -9,7 +9,7 @@
 
 #include "lsmvs/colmap_adapter/colmap_runner.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
-#include "lsmvs/program/command.h"
+#include "lsmvs/program/command_context.h"
 
 namespace lsmvs {
 

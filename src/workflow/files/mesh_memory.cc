@@ -1,4 +1,4 @@
-#include "lsmvs/cli/mesh_memory.h"
+#include "lsmvs/workflow/files/mesh_memory.h"
 
 #include <fmt/format.h>
 #include <glog/logging.h>
@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "lsmvs/cli/plan_text.h"
 #include "lsmvs/colmap_adapter/pmvs_cloud.h"
 #include "lsmvs/mesh/ply.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
+#include "lsmvs/workflow/planning/plan_text.h"
 
 namespace lsmvs {
 
@@ -51,7 +51,7 @@ MeshMemory::MeshMemory(const std::string& command, const std::vector<fs::path>& 
   constexpr size_t kWorkingBytes = 16 << 20;  // chunks that are worked on
   const size_t least =
       static_cast<size_t>(model.in_memory * num_faces) + model.fixed + kWorkingBytes;
-  const size_t allowed = context.process_bytes + context.run.memory_budget_bytes;
+  const size_t allowed = context.AllowedBytes();
   const std::string needs = fmt::format(
       "{}: {:.1f} million faces need about {} of memory, but {} may be used", command,
       num_faces / 1e6, FormatBytes(context.process_bytes + needed), FormatBytes(allowed));

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "lsmvs/program/command.h"
+#include "lsmvs/program/command_context.h"
 #include "lsmvs/util/scratch_memory.h"
 
 namespace lsmvs {

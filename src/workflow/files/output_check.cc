@@ -1,4 +1,4 @@
-#include "lsmvs/cli/output_check.h"
+#include "lsmvs/workflow/files/output_check.h"
 
 #include <algorithm>
 

@@ -1,12 +1,10 @@
-#include "lsmvs/cli/commands/evaluation_input.h"
+#include "lsmvs/workflow/files/scene_input.h"
 
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <sstream>
 
 #include "lsmvs/colmap_adapter/pmvs_cloud.h"
 #include "lsmvs/colmap_adapter/pmvs_scene.h"
@@ -49,12 +47,18 @@ Scene LoadSceneToEvaluate(const std::filesystem::path& path, bool check_images) 
   return LoadScene(FindWorkspaceToEvaluate(path), options);
 }
 
-std::vector<int> FindViews(const Scene& scene, const std::string& names) {
+std::optional<Scene> LoadSceneIfGiven(const std::string& path, bool check_images) {
+  if (path.empty()) return std::nullopt;
+  return LoadSceneToEvaluate(path, check_images);
+}
+
+Eigen::Vector3d WorldOffset(const std::optional<Scene>& scene) {
+  return scene ? scene->world_offset : Eigen::Vector3d::Zero();
+}
+
+std::vector<int> FindViews(const Scene& scene, const std::vector<std::string>& names) {
   std::vector<int> view_idxs;
-  std::istringstream stream(names);
-  for (std::string name; std::getline(stream, name, ',');) {
-    view_idxs.push_back(FindView(scene, name));
-  }
+  for (const std::string& name : names) view_idxs.push_back(FindView(scene, name));
   std::sort(view_idxs.begin(), view_idxs.end());
   view_idxs.erase(std::unique(view_idxs.begin(), view_idxs.end()), view_idxs.end());
   return view_idxs;

@@ -1,4 +1,4 @@
-#include "lsmvs/cli/plan_text.h"
+#include "lsmvs/workflow/planning/plan_text.h"
 
 #include <fmt/format.h>
 #include <sys/stat.h>

@@ -1,4 +1,4 @@
-#include "lsmvs/cli/run_engine.h"
+#include "lsmvs/workflow/planning/run_engine.h"
 
 #include <fmt/format.h>
 
@@ -23,8 +23,7 @@ JobThreads ThreadsOfJobs(const EngineOptions& options, const std::optional<JobLi
 }
 
 size_t MemoryOfJobs(const std::optional<JobLimits>& limits, const CommandContext& context) {
-  const size_t own = context.process_bytes + context.run.memory_budget_bytes;
-  if (context.has_max_memory || !limits || limits->memory_bytes == 0) return own;
+  if (context.has_max_memory || !limits || limits->memory_bytes == 0) return context.AllowedBytes();
   return static_cast<size_t>(kNodeMemoryShare * static_cast<double>(limits->memory_bytes));
 }
 

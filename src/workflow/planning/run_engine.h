@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "lsmvs/cli/stage_options.h"
 #include "lsmvs/execution/engine.h"
 #include "lsmvs/execution/run_plan.h"
-#include "lsmvs/program/command.h"
+#include "lsmvs/program/command_context.h"
+#include "lsmvs/workflow/stage_options.h"
 
 namespace lsmvs {
 

@@ -1,13 +1,10 @@
-#include "lsmvs/cli/run_reconstruction.h"
+#include "lsmvs/workflow/planning/run_reconstruction.h"
 
 #include <fmt/format.h>
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <cstdio>
 
-#include "lsmvs/cli/plan_text.h"
-#include "lsmvs/cli/run_engine.h"
 #include "lsmvs/colmap_adapter/cloud_inputs.h"
 #include "lsmvs/colmap_adapter/joined_models.h"
 #include "lsmvs/colmap_adapter/scene_loader.h"
@@ -19,6 +16,8 @@
 #include "lsmvs/util/duration_text.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
+#include "lsmvs/workflow/planning/plan_text.h"
+#include "lsmvs/workflow/planning/run_engine.h"
 
 namespace lsmvs {
 
@@ -57,9 +56,11 @@ size_t ProcessBytes() {
   return ResidentBytes() + kCodeBytes;
 }
 
-// For the process as a whole.
-size_t AllowedBytes(const CommandContext& context) {
-  return context.process_bytes + context.run.memory_budget_bytes;
+// Whether photos are compared.
+bool Matches(const RunPlan& plan) {
+  return std::any_of(plan.stages.begin(), plan.stages.end(), [](const PlannedStage& stage) {
+    return stage.num_run > 0 && (stage.name == kStereoStage || stage.name == kQuasiDenseStage);
+  });
 }
 
 PlanHeader MakeHeader(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
@@ -72,11 +73,8 @@ PlanHeader MakeHeader(const DenseWorkspace& workspace, const Reconstruction& rec
   header.num_threads = context.run.num_threads();
   header.has_compact_maps = reconstruction.options.map_precision == MapPrecision::kCompact;
   header.process_bytes = process_bytes;
-  header.memory_allowed_bytes = AllowedBytes(context);
-  const bool matches = std::any_of(plan.stages.begin(), plan.stages.end(), [](const auto& stage) {
-    return stage.num_run > 0 && (stage.name == kStereoStage || stage.name == kQuasiDenseStage);
-  });
-  if (matches) header.notes = NeighborNotes(reconstruction.scene, reconstruction.neighbors);
+  header.memory_allowed_bytes = context.AllowedBytes();
+  if (Matches(plan)) header.notes = NeighborNotes(reconstruction.scene, reconstruction.neighbors);
   return header;
 }
 
@@ -87,11 +85,6 @@ int LongestSide(const Reconstruction& reconstruction) {
     longest = std::max({longest, camera.width, camera.height});
   }
   return longest;
-}
-
-void Print(const std::string& text) {
-  fmt::print("{}", text);
-  std::fflush(stdout);
 }
 
 // Masks of other names than expected would go unnoticed.
@@ -126,17 +119,11 @@ PlanOptions MakePlanOptions(const DenseWorkspace& workspace, const StageOptions&
   }
   PlanOptions options;
   options.overwrite = stage.overwrite;
-  options.memory_bytes = AllowedBytes(context) - std::min(AllowedBytes(context), process_bytes);
+  options.memory_bytes = context.AllowedBytes() - std::min(context.AllowedBytes(), process_bytes);
   options.process_bytes = process_bytes;
   options.num_parts = stage.num_parts;
   options.scratch_folder = scratch.empty() ? workspace.folder / "lsmvs" : scratch;
   return options;
-}
-
-bool Matches(const RunPlan& plan) {
-  return std::any_of(plan.stages.begin(), plan.stages.end(), [](const PlannedStage& stage) {
-    return stage.num_run > 0 && (stage.name == kStereoStage || stage.name == kQuasiDenseStage);
-  });
 }
 
 }  // namespace
@@ -166,7 +153,7 @@ ReconstructionPtr OpenJoinedReconstruction(const DenseWorkspace& output,
                                            const ReconstructionOptions& options,
                                            const CommandContext& context, PhotoUse photos) {
   JoinedScene joined = LoadJoinedScene(WorkspacesOfModels(inputs), photos == PhotoUse::kNoCamera);
-  Print(ViewNumbersText(inputs, joined.parts));
+  context.console->Print(ViewNumbersText(inputs, joined.parts));
   ReconstructionOptions seeded = options;
   seeded.seed = context.run.seed;
   return MakeReconstruction(std::move(joined.whole),
@@ -198,7 +185,7 @@ void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstru
   if (MeasureCosts(plan, &tasks)) plan = PlanRun(tasks, options, &store);
   PlanHeader header = MakeHeader(workspace, reconstruction, plan, process_bytes, context);
   header.divisions = DivideStages(*engine, tasks, plan);
-  Print(PhotoNotes(reconstruction) + PlanText(header, plan));
+  context.console->Print(PhotoNotes(reconstruction) + PlanText(header, plan));
   CheckPlanFits(header, plan, LongestSide(reconstruction));
   if (!stage.ignore_disk_space) {
     const std::optional<Disk> disk = FindDisk(tasks, plan);
@@ -208,7 +195,17 @@ void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstru
   if (Matches(plan)) CheckContrast(reconstruction.scene, *reconstruction.images, context.run);
   ConsoleObserver observer(plan, header, context.console);
   RunTasks(tasks, plan, &store, &observer, context.run, engine.get());
-  Print("results\n" + ResultText(tasks, plan));
+  context.console->Print("results\n" + ResultText(tasks, plan));
+}
+
+void RunPlannedTask(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
+                    Task task, const std::filesystem::path& usual_output, const StageOptions& stage,
+                    const CommandContext& context) {
+  namespace fs = std::filesystem;
+  const auto normal = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
+  const fs::path output = normal(task.outputs.front());
+  if (output != normal(usual_output)) task.name += " -> " + output.string();
+  RunPlanned(workspace, reconstruction, {std::move(task)}, stage, context);
 }
 
 }  // namespace lsmvs

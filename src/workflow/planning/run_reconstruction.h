@@ -2,13 +2,13 @@
 
 #include <vector>
 
-#include "lsmvs/cli/plan_text.h"
-#include "lsmvs/cli/stage_options.h"
 #include "lsmvs/colmap_adapter/dense_workspace.h"
 #include "lsmvs/colmap_adapter/workspace_files.h"
 #include "lsmvs/execution/task.h"
 #include "lsmvs/pipeline/reconstruction.h"
-#include "lsmvs/program/command.h"
+#include "lsmvs/program/command_context.h"
+#include "lsmvs/workflow/planning/plan_text.h"
+#include "lsmvs/workflow/stage_options.h"
 
 namespace lsmvs {
 
@@ -40,5 +40,11 @@ bool IsWanted(const DenseWorkspace& workspace, const CommandContext& context);
 // disk, runs it with progress, and prints what is there now.
 void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
                 std::vector<Task> tasks, const StageOptions& stage, const CommandContext& context);
+
+// The same for a single task. `usual_output`: where the pipeline writes it; a task that writes
+// elsewhere is another one on record.
+void RunPlannedTask(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
+                    Task task, const std::filesystem::path& usual_output, const StageOptions& stage,
+                    const CommandContext& context);
 
 }  // namespace lsmvs
