@@ -19,13 +19,15 @@ trap release EXIT
 new_root() { # new_root ROOT: a minimal system, with /proc and /dev
   [ -e "$1/etc/debian_version" ] || debootstrap --variant=minbase --include=ca-certificates "$suite" "$1"
   echo force-unsafe-io >"$1/etc/dpkg/dpkg.cfg.d/unsafe-io" # a root that is thrown away need not wait for the disk
+  cp /etc/ssl/certs/ca-certificates.crt "$1/etc/ssl/certs/" # what this machine trusts, such as a proxy: for npm
   for part in proc dev; do
     mount --bind "/$part" "$1/$part"
     mounted+=("$1/$part")
   done
 }
 in_root() { # in_root ROOT COMMAND
-  chroot "$1" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive CI=true bash -euc "$2"
+  chroot "$1" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 \
+    NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt DEBIAN_FRONTEND=noninteractive CI=true bash -euc "$2"
 }
 
 echo "== $suite: build of the programs, and the package"

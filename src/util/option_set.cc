@@ -182,16 +182,16 @@ void OptionSet::AddChoice(const std::string& name, const std::string& help,
     const size_t i = get();
     return i < choices.size() ? choices[i] : std::string("?");
   };
-  entry.set = [=](const std::string& text) {
+  entry.set = [name, choices, set = std::move(set)](const std::string& text) {
     for (size_t i = 0; i < choices.size(); ++i) {
       if (choices[i] == text) return set(i);
     }
     throw UsageError(
         fmt::format("--{} is '{}', but must be one of {}", name, text, fmt::join(choices, ", ")));
   };
-  entry.violation = [=] {
-    return get() < choices.size() ? std::string()
-                                  : fmt::format("--{} has a value outside its choices", name);
+  entry.violation = [name, num_choices = choices.size(), get = std::move(get)] {
+    return get() < num_choices ? std::string()
+                               : fmt::format("--{} has a value outside its choices", name);
   };
   Push(std::move(entry));
 }

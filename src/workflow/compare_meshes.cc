@@ -59,7 +59,8 @@ std::string WorkspaceTitle(const fs::path& folder) {
   };
   while ((path.filename() == "dense" || is_number(path.filename().string())) &&
          path.has_relative_path() && path.parent_path().has_filename()) {
-    inner = inner.empty() ? path.filename().string() : path.filename().string() + "/" + inner;
+    if (!inner.empty()) inner.insert(0, "/");
+    inner.insert(0, path.filename().string());
     path = path.parent_path();
   }
   const std::string name = path.filename().string();

@@ -202,20 +202,22 @@ void MeshEvaluationOptions::Describe(OptionSet* options) {
                "Mesh or cloud to score (PLY; PMVS: .patch, or its folder)");
   options->Add("ground_truth_path", &ground_truth_path, "True mesh or cloud (PLY)");
   options->Add("workspace_path", &workspace_path,
-               "Workspace with the cameras and the photos; a folder of PMVS will do");
+               "Workspace with the cameras and the photos, or a folder of PMVS");
   options->Add("photometric", &photometric, "Compare with the photos although there is a truth");
   options->AddCommaList(
       "view_names", &view_names,
-      "Photos that are scored, separated by commas; empty: all, or every --view_step-th");
-  options->Add("view_step", &view_step,
-               "Without --view_names: every how many photos, in the order of their names, one is "
-               "scored; the first is",
-               {1, 1000000});
-  options->Add("texture", &texture,
-               "Score texture or vertex colours on the photos, and the texture itself");
-  options->Add("json_path", &json_path, "Write the figures as JSON; '-' prints them instead");
-  options->Add("error_path", &error_path,
-               "Write the mesh with its errors as vertex colours, dark right, yellow wrong (PLY)");
+      "Photos that are scored, separated by commas; without it all, or those of --view_step");
+  options->Add(
+      "view_step", &view_step,
+      "Without --view_names: score every n-th photo in the order of their names, beginning "
+      "with the first; 1 scores all",
+      {1, 1000000});
+  options->Add("texture", &texture, "Score the texture, or the vertex colours, against the photos");
+  options->Add("json_path", &json_path,
+               "File for the figures as JSON; '-' prints JSON in place of tables");
+  options->Add(
+      "error_path", &error_path,
+      "File for the mesh with its errors as vertex colours (PLY): dark is right, yellow wrong");
   DescribeMeshScratch(&scratch_path, options);
   surface.Describe(options);
   depth.Describe(options);

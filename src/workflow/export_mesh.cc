@@ -138,21 +138,22 @@ class MeshExport {
 void MeshExportOptions::Describe(OptionSet* options) {
   options->Add("input_path", &input_path, "Mesh to export (PLY, with or without texture)");
   options->Add("output_path", &output_path, "File to write; of 3DTILES the folder");
-  options->AddEnum<ExportType>("output_type", &output_type, "What to write",
+  options->AddEnum<ExportType>("output_type", &output_type, "Format to write",
                                {{"PLY", ExportType::kPly},
                                 {"OBJ", ExportType::kObj},
                                 {"GLB", ExportType::kGlb},
                                 {"3DTILES", ExportType::k3dTiles}});
   options->Add("workspace_path", &workspace_path,
-               "Workspace whose photos tell what is up and in front");
-  options->Add("up", &up, "What is up as x,y,z; empty: up in the photos, or 0,-1,0");
+               "Workspace whose photos tell which way is up and which side is the front");
+  options->Add("up", &up,
+               "Direction that is up, as x,y,z; without it that of the photos, or 0,-1,0");
   options->AddEnum<TextureFormat>("texture_format", &encoding.format,
                                   "Format of the textures; keep: as they are, in 3DTILES JPEG",
                                   {{"keep", TextureFormat::kKeep},
                                    {"png", TextureFormat::kPng},
                                    {"jpeg", TextureFormat::kJpeg},
                                    {"webp", TextureFormat::kWebp}});
-  options->Add("texture_quality", &encoding.quality, "Of JPEG and WebP", {1, 100});
+  options->Add("texture_quality", &encoding.quality, "Quality of JPEG and WebP textures", {1, 100});
   options->Add("compress", &compress,
                "GLB: 16 bits per coordinate and meshopt compression; readers must know "
                "EXT_meshopt_compression, as three.js, Babylon.js and Cesium do");

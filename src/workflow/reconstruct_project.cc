@@ -159,7 +159,8 @@ void ProjectReconstructionOptions::Describe(OptionSet* options) {
   options->AddEnum("from", &from,
                    "First stage; what earlier stages make must be there and is used as it is.",
                    StageNames("first"));
-  options->AddEnum("to", &to, "Last stage.", StageNames("last"));
+  options->AddEnum("to", &to, "Last stage; last is mesh_refiner, or mesh_texturer with --texture.",
+                   StageNames("last"));
   options->Add("texture", &texture,
                "Texture the refined mesh with the photos, as --to mesh_texturer does.");
   stage.DescribeRun(options);

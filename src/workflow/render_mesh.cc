@@ -108,19 +108,23 @@ void MeshPictureOptions::Describe(OptionSet* options) {
   options->Add("output_path", &output_path, "Picture to write (PNG); replaced if it is there");
   options->Add("workspace_path", &workspace_path, "Workspace with the poses of the photos");
   options->Add("view_name", &view_name, "Photo whose pose is taken");
-  options->Add("turntable", &turntable, "Use the turntable although there is a workspace");
+  options->Add("turntable", &turntable, "Use the turntable even with --workspace_path");
   options->Add("azimuth", &azimuth, "Angle of the turntable in degrees; 0 faces the photos",
                {-3600.0, 3600.0});
   options->Add("elevation", &elevation, "Height of the turntable's camera in degrees",
                {-90.0, 90.0});
-  options->Add("up", &up, "Axis of the turntable as x,y,z; empty: up in the photos, or 0,-1,0");
+  options->Add("up", &up,
+               "Axis of the turntable as x,y,z; without it what is up in the photos, or 0,-1,0");
   options->Add(
       "fit_share", &fit_share,
-      "Share of the vertices that the turntable's picture must hold; less ignores outliers",
+      "Share of the vertices that a turntable picture must show; lower values ignore outliers",
       {0.01, 1.0});
-  options->Add("num_frames", &num_frames, "Pictures of a full turn", {1, 10000});
-  options->Add("width", &width, "Of the picture in pixels", {1, 16384});
-  options->Add("height", &height, "Of a turntable's picture in pixels", {1, 16384});
+  options->Add("num_frames", &num_frames, "Number of pictures of a full turn", {1, 10000});
+  options->Add("width", &width, "Width of the picture in pixels", {1, 16384});
+  options->Add(
+      "height", &height,
+      "Height of a turntable picture in pixels; for the pose of a photo it follows from its camera",
+      {1, 16384});
   DescribeMeshScratch(&scratch_path, options);
   render.Describe(options);
 }

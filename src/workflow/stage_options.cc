@@ -48,10 +48,11 @@ void StageOptions::DescribeBoxPath(OptionSet* options) {
 }
 
 void StageOptions::DescribeDatabasePath(OptionSet* options) {
-  options->Add("database_path", &database_path,
-               "COLMAP's database whose features join the interest points of quasi-dense matching "
-               "where they are those of these photos; without it the database.db of the workspace "
-               "or of its project, if it is there; none: not used.");
+  options->Add(
+      "database_path", &database_path,
+      "COLMAP's database, whose features quasi-dense matching takes besides its own interest "
+      "points if they are of these photos; without it the database.db of the workspace or "
+      "of its project, if there is one; the word none: no database.");
 }
 
 void StageOptions::DescribeBoundingBox(OptionSet* options) {
@@ -82,13 +83,14 @@ void StageOptions::DescribeRun(OptionSet* options) {
 void StageOptions::DescribeScratch(OptionSet* options) {
   options->Add(
       "scratch_path", &scratch_path,
-      "Folder for the scratch file of a stage that does not fit into --max_memory, and for "
-      "what a surface that is killed goes on from; without it lsmvs/ of the workspace. It "
-      "should lie on a fast local disk.");
-  options->Add("num_parts", &num_parts,
-               "Work as if no more than this part of what a surface needs fitted into memory. The "
-               "result is the same.",
-               {1, 4096});
+      "Folder for the scratch file of a stage that does not fit into --max_memory, and for the "
+      "finished steps of a surface, from which a run that was killed goes on; without it lsmvs/ "
+      "of the workspace. It should lie on a fast local disk.");
+  options->Add(
+      "num_parts", &num_parts,
+      "Work on the surface as if memory held only one of this many parts of it. The result is "
+      "the same.",
+      {1, 4096});
 }
 
 void StageOptions::DescribeMeshStage(OptionSet* options) {

@@ -19,7 +19,7 @@ std::unique_ptr<Command> MakeVisibilityMesherCommand() {
       "With several --input_path, workspaces or clouds whose models are in one frame (two "
       "flights, sub-models of one project), the clouds are meshed as if they were one. Their "
       "order does not matter; clouds of one model share its photos, and a photo that two models "
-      "have counts twice. What is kept of the "
+      "have counts twice. The record of the "
       "run goes to lsmvs/ beside OUTPUT; the run prints which numbers in OUTPUT.vis the "
       "photos of each input have.",
       {"lsmvs visibility_mesher --input_path project/dense/0 --output_path "
