@@ -33,8 +33,7 @@ std::unique_ptr<Command> MakeMesherCommand() {
       "depend on the number of threads.",
       {"lsmvs-mesher project", "lsmvs-mesher project --quality low",
        "lsmvs-mesher project --texture", "lsmvs-mesher project --quality medium --max_memory 8GB",
-       "lsmvs-mesher project/dense/0 --from visibility_mesher "
-       "--VisibilityMeshing.max_proj_dist 1"},
+       "lsmvs-mesher project/dense/0 --from visibility_mesher --VisibilityMeshing.max_proj_dist 1"},
       {"workspace_path"},
       "workspace_path",
       {"log_to_stderr", "use_gpu", "gpu_index", "sparse", "dense", "PatchMatchStereo.gpu_index",

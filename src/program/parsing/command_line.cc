@@ -20,7 +20,7 @@ std::vector<std::string> NamesOf(const OptionSet& options) {
 }
 
 std::string UnknownOption(const std::string& name, const OptionSet& options) {
-  const std::string nearest = NearestName(name, NamesOf(options));
+  const std::string nearest = NearestOption(name, NamesOf(options));
   if (nearest.empty()) return fmt::format("unknown option --{}; see --help", name);
   return fmt::format("unknown option --{}; did you mean --{}?", name, nearest);
 }
