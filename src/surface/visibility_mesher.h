@@ -104,25 +104,14 @@ struct VisibilityMesherResult {
 // Nothing to mesh is a status, not an error. Memory: see MeshingSize, about 0.6 kB per vertex of
 // the tetrahedralisation; time about O(n log n), see EstimateVisibilityMesherCost.
 //
-// With a ScratchMemory the same work is done in parts, with the same bytes: vertices lie along a
-// Hilbert curve; tetrahedra are made tile by tile and stored in that order; rays go out block by
-// block; the cut solves runs of tetrahedra that fit into memory and then augments across their
-// walls. So each part is in memory while it is worked on, and is moved to the file and back a few
-// times.
-//   H.-H. Vu: Large-scale and high-quality multi-view stereo, PhD thesis, 2011, chapter 6, which
-//   divides the points by a kd-tree; runs of a Hilbert curve are such parts.
+// With a ScratchMemory the same work is done in parts, with the same bytes.
 VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, VisibilityCloud cloud,
                                            const VisibilityMesherOptions& options,
                                            const RunContext& context);
 
 // The same for a cloud that is read when it is needed, with what finished steps gave kept in
 // `checkpoints`: if that is on, and after a kill finds the results of an earlier call with the same
-// arguments, these steps are not done again, and the cloud is perhaps not read. Kept are, in bytes
-// a vertex of the tetrahedralisation, the merged points (about 75; for 30 % of the time of a run),
-// the labels of the tetrahedra after the cut (1; for 40 %) and the surface before it is cleaned
-// (50, when the tetrahedra have gone; with these, for 25 % more). The tetrahedra are not: 220 bytes
-// a vertex, or 350 with their weights, would be half of the scratch file again. So a run that is
-// killed while it makes or weighs tetrahedra begins with them.
+// arguments, these steps are not done again, and the cloud is perhaps not read.
 VisibilityMesherResult MeshVisibilityCloud(const Scene& scene,
                                            const std::function<VisibilityCloud()>& read_cloud,
                                            const VisibilityMesherOptions& options,
