@@ -147,7 +147,8 @@ size_t FilterTexturelessPixels(const Raster<uint8_t>& textured,
   constexpr std::array<std::array<int, 2>, 4> kLines = {{{1, 0}, {0, 1}, {1, 1}, {-1, 1}}};
   std::vector<bool> between(planes->size(), false);
   std::vector<Anchor> one_side(planes->size());
-  for (const auto& [dx, dy] : kLines) {
+  for (const std::array<int, 2>& line : kLines) {
+    const int dx = line[0], dy = line[1];
     ScanAnchors(textured, *planes, dx, dy, settings.max_step,
                 [&](size_t pixel, const Anchor& anchor) { one_side[pixel] = anchor; });
     ScanAnchors(textured, *planes, -dx, -dy, settings.max_step, [&](size_t pixel, const Anchor& b) {
