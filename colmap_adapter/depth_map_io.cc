@@ -21,6 +21,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// From one ray to the other every sample is moved along its own tangent plane: with n the normal
+// and a, b the two rays (z = 1), depth_b = depth_a * n.a / n.b. Reading undoes what writing does,
+// up to the rounding of a float. A surface that the plane fits to second order keeps a bias of its
+// sagitta over 0.7 pixels: 0.001 pixels for a sphere of 250 pixels' radius. Samples without normal,
+// or seen at less than 5 degrees from their plane, keep their depth.
+
 constexpr const char* kRemedy = "remove it to have it made again";
 constexpr uint64_t kMaxMapSide = 1000000;
 constexpr int kNormalChannels = 3;

@@ -15,11 +15,9 @@ namespace lsmvs {
 //
 // A DepthMap's sample (column, row) lies on the ray through the pixel's centre (column + 0.5, row +
 // 0.5). COLMAP's stereo and fusion take the sample as lying on the ray through (column, row). So
-// every sample is moved along its own tangent plane: with n the normal and a, b the two rays (z =
-// 1), depth_b = depth_a * n.a / n.b. Reading undoes what writing does, up to the rounding of a
-// float. A surface that the plane fits to second order keeps a bias of its sagitta over 0.7 pixels:
-// 0.001 pixels for a sphere of 250 pixels' radius. Samples without normal, or seen at less than 5
-// degrees from their plane, keep their depth.
+// every sample is moved along its own tangent plane; reading undoes what writing does, up to the
+// rounding of a float. Samples without normal, or seen at less than 5 degrees from their plane,
+// keep their depth.
 //
 // That reads every map as COLMAP's own fusion does, and corrects nothing in maps that its
 // patch_match_stereo made.

@@ -33,10 +33,12 @@ MAY_USE = {
     "evaluation": {"scene", "mesh", "image", "geometry"},
     "exporting": {"evaluation", "mesh", "image", "geometry"},
     "execution": set(),
+    "program": {"execution"},
     "pipeline": ALGORITHMS | DATA | {"execution"},
-    "report": {"evaluation", "mesh", "geometry"},
+    "report": {"evaluation", "exporting", "texturing", "scene", "mesh", "image", "geometry"},
     "colmap_adapter": DATA,
-    "cli": ALGORITHMS | DATA | {"execution", "exporting", "pipeline", "report", "colmap_adapter"},
+    "workflow": ALGORITHMS | DATA | {"execution", "program", "exporting", "pipeline", "report", "colmap_adapter"},
+    "cli": {"execution", "program", "workflow", "colmap_adapter"},
 }
 
 # Third-party headers that only .cc files may include.

@@ -4,11 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "lsmvs/cli/command.h"
+#include "lsmvs/program/command.h"
 
 namespace lsmvs {
-
-using CommandFactory = std::function<std::unique_ptr<Command>()>;
 
 // The commands of `lsmvs`, in the order in which a reconstruction meets them.
 const std::vector<CommandFactory>& CommandTable();

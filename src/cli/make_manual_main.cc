@@ -2,8 +2,9 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "lsmvs/cli/command_table.h"
 #include "lsmvs/cli/commands/commands.h"
-#include "lsmvs/cli/manual.h"
+#include "lsmvs/program/manual.h"
 #include "lsmvs/util/atomic_file.h"
 
 int main(int argc, char** argv) {

@@ -178,12 +178,17 @@ std::string StatisticsRow(const char* name, const DistanceStatistics& s, double 
                      s.num_unseen);
 }
 
+std::string UnitText(const SurfaceEvaluation& e) {
+  if (e.unit_in_world == 1) return "  unit: that of the files\n";
+  return fmt::format("  unit: {} = {:.6g} in the unit of the files\n",
+                     e.gsd > 0 ? "1 GSD (one pixel on the surface)"
+                               : "1/1000 of the truth's diagonal (no cameras were given)",
+                     e.unit_in_world);
+}
+
 std::string SurfaceTable(const SurfaceEvaluation& e) {
   if (e.status != SurfaceEvaluation::Status::kOk) return fmt::format("  {}\n", e.message);
-  const bool in_gsd = e.gsd > 0 && e.unit_in_world == e.gsd;
-  std::string text =
-      fmt::format("  unit: {} = {:.6g} in the unit of the files\n",
-                  in_gsd ? "1 GSD (one pixel on the surface)" : "1", e.unit_in_world);
+  std::string text = UnitText(e);
   text += fmt::format("  {:<14}{:>10}{:>14}{:>10}\n", "within", "accuracy", "completeness", "F1");
   for (size_t k = 0; k < e.thresholds.size(); ++k) {
     text += fmt::format("  {:<14g}{:>10.4f}{:>14.4f}{:>10.4f}\n", e.thresholds[k],

@@ -272,17 +272,17 @@ double FitDistance(const std::vector<Eigen::Vector3d>& points, const Eigen::Vect
 }  // namespace
 
 void RenderOptions::Describe(OptionSet* options) {
-  options->AddEnum<RenderStyle>(
-      "style", &style,
-      "shaded (clay), color (texture or vertex colours), lit (both), normals, depth",
-      {{"shaded", RenderStyle::kShaded},
-       {"color", RenderStyle::kColor},
-       {"lit", RenderStyle::kLit},
-       {"normals", RenderStyle::kNormals},
-       {"depth", RenderStyle::kDepth}});
+  options->AddEnum<RenderStyle>("style", &style,
+                                "How the mesh looks: shaded (clay), color (texture or vertex "
+                                "colours), lit (both), normals, depth",
+                                {{"shaded", RenderStyle::kShaded},
+                                 {"color", RenderStyle::kColor},
+                                 {"lit", RenderStyle::kLit},
+                                 {"normals", RenderStyle::kNormals},
+                                 {"depth", RenderStyle::kDepth}});
   options->Add("antialiasing", &antialiasing, "Rays per pixel are the square of this", {1, 16});
   options->Add("num_occlusion_rays", &num_occlusion_rays,
-               "Rays for soft shadows a primary ray; 0: none", {0, 1024});
+               "Rays for soft shadows, per ray of the picture; 0: none", {0, 1024});
   options->Add("occlusion_radius", &occlusion_radius,
                "Reach of soft shadows, as a share of the mesh's diagonal", {1e-6, 10.0});
   options->Add("smooth", &smooth, "Interpolate normals; otherwise facets show");

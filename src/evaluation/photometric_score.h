@@ -7,6 +7,7 @@
 
 #include "lsmvs/evaluation/mesh_tracer.h"
 #include "lsmvs/image/image_store.h"
+#include "lsmvs/scene/depth_tolerance.h"
 #include "lsmvs/scene/scene.h"
 #include "lsmvs/util/option_set.h"
 #include "lsmvs/util/run_context.h"
@@ -22,7 +23,7 @@ struct PhotometricOptions {
   // Side of the window of the correlation, in pixels (odd).
   int window = 9;
   // Relative difference of depth above which a neighbour does not see the surface point.
-  double depth_tolerance = 0.01;
+  double depth_tolerance = kDefaultDepthTolerance;
   // Share of the window that must be seen.
   double min_window_share = 0.6;
   // Variance in squared grey levels below which a window has no texture and is not judged.

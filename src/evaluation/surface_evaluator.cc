@@ -105,21 +105,22 @@ void SurfaceEvaluationOptions::Describe(OptionSet* options) {
   options->Add("thresholds", &thresholds,
                "Distances within which a point is right, ascending, separated by commas, in "
                "units of --unit");
-  options->AddEnum<DistanceUnit>(
-      "unit", &unit,
-      "Of the thresholds: gsd (what one pixel covers on the surface; needs cameras) or world (the "
-      "unit of the files)",
-      {{"gsd", DistanceUnit::kGsd}, {"world", DistanceUnit::kWorld}});
+  options->AddEnum<DistanceUnit>("unit", &unit,
+                                 "Unit of the thresholds: gsd (what one pixel covers on the "
+                                 "surface; needs cameras) or world (the "
+                                 "unit of the files)",
+                                 {{"gsd", DistanceUnit::kGsd}, {"world", DistanceUnit::kWorld}});
   options->Add("num_samples", &num_samples,
-               "Points drawn on each surface; more make the figures steadier", {1, 100'000'000});
+               "Points drawn on each surface; raising it makes the figures more exact",
+               {1, 100'000'000});
   options->Add("min_num_views", &min_num_views,
                "Leave out surface that fewer cameras see; 0 keeps all", {0, 1000});
   options->Add("visibility_tolerance_gsd", &visibility_tolerance_gsd,
-               "What may lie before a point without hiding it, in GSD", {0.0, 1e6});
+               "A surface so close in front of a point does not hide it, in GSD", {0.0, 1e6});
   options->Add("max_mean_distance", &max_mean_distance,
                "Distances are cut here before averaging, in units of --unit", {1e-9, 1e12});
-  options->Add("max_distance", &max_distance, "Distances are searched up to here, same unit",
-               {1e-9, 1e12});
+  options->Add("max_distance", &max_distance,
+               "Larger distances count as this one, in units of --unit", {1e-9, 1e12});
 }
 
 bool SurfaceEvaluationOptions::Check(std::string* error) const {

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace lsmvs {
 
@@ -10,6 +11,15 @@ Eigen::Vector3d UpDirection(const std::vector<View>& views) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const View& view : views) sum -= view.cam_from_world.rotation.row(1);
   return sum.norm() > 1e-3 ? Eigen::Vector3d(sum.normalized()) : Eigen::Vector3d(0, -1, 0);
+}
+
+std::vector<int> ViewsByName(const std::vector<View>& views) {
+  std::vector<int> order(views.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    return views[static_cast<size_t>(a)].name < views[static_cast<size_t>(b)].name;
+  });
+  return order;
 }
 
 int MostRevealingView(const Scene& scene) {

@@ -14,6 +14,9 @@ namespace lsmvs {
 // without photos.
 Eigen::Vector3d UpDirection(const std::vector<View>& views);
 
+// Positions of the views in the order of their names.
+std::vector<int> ViewsByName(const std::vector<View>& views);
+
 // The photo that shows most sparse points; -1 without photos.
 int MostRevealingView(const Scene& scene);
 

@@ -73,10 +73,6 @@ struct BoundedSimplificationOptions {
 // where the input has any. Deterministic for any
 // number of threads. About 10 microseconds and 400 bytes per face of the input. Throws
 // UsageError for options that fail Check().
-//
-// Corners of the overlay of both surfaces are tested in the manner of J. Cohen, D. Manocha, M.
-// Olano, "Simplifying polygonal models using successive mappings", Visualization 1997; we look for
-// corresponding points near each other instead of keeping a mapping.
 SimplifiedMesh SimplifyWithinTolerance(const TriangleMesh& mesh,
                                        const std::vector<double>& tolerance,
                                        const BoundedSimplificationOptions& options,

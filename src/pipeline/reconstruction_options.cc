@@ -82,23 +82,4 @@ void ApplyQuality(Quality quality, ReconstructionOptions* options) {
   scale(&options->refinement.max_num_iterations);
 }
 
-Eigen::AlignedBox3d ParseBox(const std::string& option, const std::string& text) {
-  Eigen::AlignedBox3d box;
-  if (text.empty()) return box;
-  std::string blanks = text;
-  std::replace(blanks.begin(), blanks.end(), ',', ' ');
-  std::istringstream numbers(blanks);
-  std::array<double, 6> value{};
-  for (double& number : value) numbers >> number;
-  const bool complete = !numbers.fail() && (numbers >> std::ws).eof();
-  box.min() = {value[0], value[1], value[2]};
-  box.max() = {value[3], value[4], value[5]};
-  if (!complete || !box.min().allFinite() || !box.max().allFinite() || box.isEmpty()) {
-    throw UsageError(fmt::format(
-        "--{} is '{}', but must be six numbers xmin,ymin,zmin,xmax,ymax,zmax with min <= max",
-        option, text));
-  }
-  return box;
-}
-
 }  // namespace lsmvs

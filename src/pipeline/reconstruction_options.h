@@ -71,8 +71,4 @@ struct ReconstructionOptions {
 // Sets what the quality decides and leaves the rest.
 void ApplyQuality(Quality quality, ReconstructionOptions* options);
 
-// "xmin,ymin,zmin,xmax,ymax,zmax" (commas or blanks). Throws UsageError that names `option`. An
-// empty text is an empty box.
-Eigen::AlignedBox3d ParseBox(const std::string& option, const std::string& text);
-
 }  // namespace lsmvs

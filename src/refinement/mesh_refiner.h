@@ -7,6 +7,7 @@
 
 #include "lsmvs/image/image_store.h"
 #include "lsmvs/mesh/triangle_mesh.h"
+#include "lsmvs/scene/depth_tolerance.h"
 #include "lsmvs/scene/scene.h"
 #include "lsmvs/util/checkpoint_folder.h"
 #include "lsmvs/util/cost_estimate.h"
@@ -67,7 +68,7 @@ struct MeshRefinerOptions {
   double noise_gray_levels = 2.0;
   // A point is hidden in the other view if the surface there is nearer by more than this part of
   // its depth.
-  double depth_tolerance = 0.01;
+  double depth_tolerance = kDefaultDepthTolerance;
   // Longest step of a vertex in one iteration, in pixels of the level.
   double max_step_px = 1.0;
   // A level ends when a step lowers the energy by less than this part of it.

@@ -66,6 +66,17 @@ int CoarsestLevel(const ImageStore& images, const QuasiDenseOptions& options) {
   return level;
 }
 
+// Scales are taken from coarse to fine. On each, every view gets interest points (Harris corners,
+// difference-of-Gaussian blobs, the given keypoints) with controlled spacing. A point is searched
+// along its epipolar segments in the neighbouring views at once: on the coarsest scale over the
+// whole depth range with a fronto-parallel window, on finer ones around the planes that the points
+// nearby on the coarser scale lie on. Windows are warped by the homography of that plane (to first
+// order) and compared by ZNCC; the depth with the highest mean over the best views wins. A match
+// stays if it is mutual: the interest point where it ends is matched back to where it came from.
+// On the finest scale matches become tracks over all views that confirm them, with an observation
+// of sub-pixel precision in each; a point is triangulated from the whole track and optimised under
+// a robust loss (Ceres), then checked for reprojection error, angle and cheirality. A point of a
+// later view that an earlier track covers makes no track of its own.
 class Matcher {
  public:
   Matcher(const Scene& scene, const ImageStore& images,

@@ -11,67 +11,67 @@ namespace lsmvs {
 void VisibilityMesherOptions::Describe(OptionSet* options) {
   const std::string group = "VisibilityMeshing.";
   options->Add(
-      group + "max_proj_dist", &max_proj_dist,
+      group + "max_proj_dist", &merging.max_proj_dist,
       "Points closer than this (pixels) in their views become one vertex; raising it gives a "
       "smaller, smoother mesh",
       {0, 1000});
-  options->Add(group + "max_depth_dist", &max_depth_dist,
+  options->Add(group + "max_depth_dist", &merging.max_depth_dist,
                "Points merge only if their depths differ by less than this fraction", {0, 1});
   options->Add(
-      group + "visibility_sigma", &visibility_sigma,
+      group + "visibility_sigma", &merging.visibility_sigma,
       "A point seen by n views counts 1 - exp(-n^2 / (2 sigma^2)); raising it trusts points "
       "with few views less",
       {0.01, 100});
-  options->Add(group + "distance_sigma_factor", &distance_sigma_factor,
+  options->Add(group + "distance_sigma_factor", &weights.distance_sigma_factor,
                "Uncertainty of a vertex along its rays, in lengths of the edges around it; raising "
                "it smooths",
                {0.01, 100});
-  options->Add(group + "sink_distance_factor", &sink_distance_factor,
+  options->Add(group + "sink_distance_factor", &weights.sink_distance_factor,
                "How far behind a vertex the inside is supported, in units of its uncertainty",
                {0, 10});
-  options->Add(group + "quality_regularization", &quality_regularization,
+  options->Add(group + "quality_regularization", &weights.quality_regularization,
                "Weight of the shape of facets; raising it gives smoother surfaces and less detail",
                {0, 1e4});
   options->AddEnum(
-      group + "completeness", &completeness,
+      group + "completeness", &cleaning.completeness,
       "What becomes of facets that span what nobody measured: closed keeps them inside "
       "of the surface, seen drops them there, too, strict drops each by itself",
       {{"closed", Completeness::kClosed},
        {"seen", Completeness::kSeen},
        {"strict", Completeness::kStrict}});
-  options->Add(group + "max_gap_share", &max_gap_share,
+  options->Add(group + "max_gap_share", &cleaning.max_gap_share,
                "Width of gaps that stay closed, as a share of the photos' longer side; raising it "
                "keeps more and gives smoother borders",
                {0, 1});
-  options->Add(group + "max_side_length_factor", &max_side_length_factor,
+  options->Add(group + "max_side_length_factor", &cleaning.max_side_length_factor,
                "Facets with an edge longer than this times the usual edge length span what nobody "
                "measured; 0: no limit",
                {0, 1e6});
   options->Add(
-      group + "max_web_factor", &max_web_factor,
+      group + "max_web_factor", &cleaning.max_web_factor,
       "Facets that are long, deep along all lines of sight and against the points' normals "
       "span what nobody measured, sooner where few views saw a corner; raising it keeps more; 0: "
       "no limit",
       {0, 1e6});
-  options->Add(group + "normal_check_factor", &normal_check_factor,
+  options->Add(group + "normal_check_factor", &cleaning.normal_check_factor,
                "Facets with an edge longer than this times the usual edge length (less where few "
                "views saw them and many points are false) must agree with the points' normals; "
                "raising it closes more of what nobody saw; 0 checks none",
                {0, 1e6});
-  options->Add(group + "max_normal_angle_deg", &max_normal_angle_deg,
+  options->Add(group + "max_normal_angle_deg", &cleaning.max_normal_angle_deg,
                "Angle (degrees) to the normals of the points at its corners up to which such a "
                "facet agrees with them; raising it closes more of what nobody saw",
                {0, 180});
-  options->Add(group + "max_side_length_percentile", &max_side_length_percentile,
+  options->Add(group + "max_side_length_percentile", &cleaning.max_side_length_percentile,
                "Percentile of the longest facet edges that is the usual edge length", {0, 100});
-  options->Add(group + "min_component_fraction", &min_component_fraction,
+  options->Add(group + "min_component_fraction", &cleaning.min_component_fraction,
                "Components with less than this fraction of the largest one's faces are dropped",
                {0, 1});
-  options->Add(group + "min_component_faces", &min_component_faces,
+  options->Add(group + "min_component_faces", &cleaning.min_component_faces,
                "Components with fewer faces are dropped", {0, std::numeric_limits<int>::max()});
-  options->Add(group + "max_hole_edges", &max_hole_edges,
+  options->Add(group + "max_hole_edges", &cleaning.max_hole_edges,
                "Holes with at most this many edges are closed; 0 closes none", {0, 100000});
-  options->Add(group + "smoothing_iterations", &smoothing_iterations,
+  options->Add(group + "smoothing_iterations", &cleaning.smoothing_iterations,
                "Steps of volume-preserving smoothing after the cut; 0 is off", {0, 1000});
   options->Add(
       group + "filter_levels", &filter_levels,
@@ -91,7 +91,7 @@ size_t EstimateVisibilityMesherVertices(const Scene& scene, size_t num_points, P
   for (const View& view : scene.views) {
     num_pixels += static_cast<double>(view.camera.width) * view.camera.height;
   }
-  const double side = std::max(options.max_proj_dist, 1e-3);
+  const double side = std::max(options.merging.max_proj_dist, 1e-3);
   const double cells = num_pixels * EstimateSurfaceShare(scene).once / (side * side);
   if (!(cells > 0)) return num_points;
   const auto points = static_cast<double>(num_points);
@@ -157,13 +157,11 @@ CloudSample::Place WithKnownViews(const CloudSample::Place& place, size_t num_vi
 
 MeshingSize MeasureMeshingSize(const Scene& scene, const CloudSample& sample,
                                const VisibilityMesherOptions& options, int num_threads) {
-  const PointMergingOptions merging{options.max_proj_dist, options.max_depth_dist,
-                                    options.visibility_sigma, false};
   const RunContext context(1);
   PlaceCounts sum;
   for (const CloudSample::Place& place : sample.places) {
     const PlaceCounts counts =
-        CountInCube(scene, WithKnownViews(place, scene.views.size()), merging, context);
+        CountInCube(scene, WithKnownViews(place, scene.views.size()), options.merging, context);
     sum.num_points += counts.num_points;
     sum.num_vertices += counts.num_vertices;
     sum.num_sights += counts.num_sights;

@@ -11,10 +11,17 @@
 namespace lsmvs {
 
 struct VisibilityWeightOptions {
-  double distance_sigma_factor = 0;
-  double sink_distance_factor = 0;
-  double quality_regularization = 0;
-  double sink_weight = 1;  // of what a sight says of the space behind it, against that before it
+  // Uncertainty of a vertex along its rays, in units of the lengths of the edges around it. Raising
+  // it smooths and closes over noise, but rounds detail and thin parts off.
+  double distance_sigma_factor = 0.8;
+  // How far behind a vertex, in units of its sigma, the inside is supported. Raising it thickens
+  // thin parts.
+  double sink_distance_factor = 0.5;
+  // Weight of the shape of facets against one seen point. Raising it gives smoother surfaces and
+  // less detail.
+  double quality_regularization = 0.7;
+  // Of what a sight says of the space behind it, against that before it.
+  double sink_weight = 1;
 };
 
 struct RayCounters {

@@ -48,6 +48,11 @@ int AxisOf(const TriangleMesh& mesh, size_t face) {
   return 2 * static_cast<int>(axis) + (normal[axis] > 0 ? 1 : 0);
 }
 
+// The steps: per face the photos that show it (FindCandidates); gains of
+// exposure (EstimateExposureGains); ghosts are left out (DropGhosts); one photo per face by a graph
+// cut (ExpandLabels, AbsorbIslands); seams levelled (LevelSeams) and faded; charts of connected
+// faces of a photo packed on pages (MakeCharts, PackRectangles); pages baked one by one (BakePage),
+// each handed to `write_page` and forgotten.
 class MeshTexturer {
  public:
   MeshTexturer(const Scene& scene, const ImageStore& images, TriangleMesh mesh,

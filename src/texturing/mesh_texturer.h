@@ -72,11 +72,9 @@ struct TexturingResult {
 // Takes a page (in order of its number, from 0) and returns where it lies now.
 using PageSink = std::function<std::filesystem::path(int page_idx, ColorImage&& page)>;
 
-// Textures a mesh with the photos. Per face the photos that show it (FindCandidates); gains of
-// exposure (EstimateExposureGains); ghosts are left out (DropGhosts); one photo per face by a graph
-// cut (ExpandLabels, AbsorbIslands); seams levelled (LevelSeams) and faded; charts of connected
-// faces of a photo packed on pages (MakeCharts, PackRectangles); pages baked one by one (BakePage),
-// each handed to `write_page` and forgotten.
+// Textures a mesh with the photos: one photo per face by a graph cut, with exposure balanced, what
+// contradicts other photos left out, and seams levelled and faded. Pages are baked one by one, each
+// handed to `write_page` and forgotten.
 //   M. Waechter, N. Moehrle, M. Goesele: Let there be color! Large-scale texturing of 3D
 //   reconstructions, ECCV 2014.
 // The surface stays as it is, but for what kDrop leaves out: wide faces are split, the others and

@@ -5,6 +5,7 @@
 #include "lsmvs/image/image_store.h"
 #include "lsmvs/image/raster.h"
 #include "lsmvs/mesh/triangle_mesh.h"
+#include "lsmvs/scene/depth_tolerance.h"
 #include "lsmvs/scene/scene.h"
 #include "lsmvs/util/option_set.h"
 #include "lsmvs/util/run_context.h"
@@ -17,7 +18,7 @@ struct VertexColorOptions {
   int level = 0;
   // A vertex is hidden in a view if the surface there is nearer by more than this part of its
   // depth.
-  double depth_tolerance = 0.01;
+  double depth_tolerance = kDefaultDepthTolerance;
   // Best views (by resolution and angle) that vote for the colour of a vertex.
   int max_views_per_vertex = 6;
 

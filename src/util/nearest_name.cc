@@ -22,6 +22,22 @@ int Distance(const std::string& name, const std::string& candidate) {
   return std::min(whole, bare);
 }
 
+// Of `length` characters at most a third may be edited.
+template <class DistanceTo>
+std::string Nearest(size_t length, const std::vector<std::string>& candidates,
+                    const DistanceTo& distance_to) {
+  std::string nearest;
+  int nearest_distance = std::max(1, static_cast<int>(length) / 3 + 1) + 1;
+  for (const std::string& candidate : candidates) {
+    const int distance = distance_to(candidate);
+    if (distance < nearest_distance) {
+      nearest = candidate;
+      nearest_distance = distance;
+    }
+  }
+  return nearest;
+}
+
 }  // namespace
 
 int EditDistance(const std::string& a, const std::string& b) {
@@ -40,17 +56,13 @@ int EditDistance(const std::string& a, const std::string& b) {
 }
 
 std::string NearestName(const std::string& name, const std::vector<std::string>& candidates) {
-  const int limit = std::max(1, static_cast<int>(WithoutGroup(name).size()) / 3 + 1);
-  std::string nearest;
-  int nearest_distance = limit + 1;
-  for (const std::string& candidate : candidates) {
-    const int distance = Distance(name, candidate);
-    if (distance < nearest_distance) {
-      nearest = candidate;
-      nearest_distance = distance;
-    }
-  }
-  return nearest;
+  return Nearest(name.size(), candidates,
+                 [&](const std::string& candidate) { return EditDistance(name, candidate); });
+}
+
+std::string NearestOption(const std::string& name, const std::vector<std::string>& candidates) {
+  return Nearest(WithoutGroup(name).size(), candidates,
+                 [&](const std::string& candidate) { return Distance(name, candidate); });
 }
 
 }  // namespace lsmvs

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <sstream>
 #include <system_error>
 #include <type_traits>
 
@@ -138,6 +141,29 @@ void OptionSet::Add(const std::string& name, std::vector<std::string>* values,
   Push(std::move(entry));
 }
 
+void OptionSet::AddCommaList(const std::string& name, std::vector<std::string>* values,
+                             const std::string& help) {
+  Entry entry{name, help, "TEXT", "", {}, {}, {}, {}};
+  entry.get = [values] { return fmt::format("{}", fmt::join(*values, ",")); };
+  entry.set = [values](const std::string& text) {
+    values->clear();
+    std::istringstream stream(text);
+    for (std::string value; std::getline(stream, value, ',');) values->push_back(value);
+  };
+  Push(std::move(entry));
+}
+
+void OptionSet::Add(const std::string& name, Eigen::AlignedBox3d* box, const std::string& help) {
+  Entry entry{name, help, "TEXT", "", {}, {}, {}, {}};
+  entry.get = [box] {
+    if (box->isEmpty()) return std::string();
+    const Eigen::Vector3d &min = box->min(), &max = box->max();
+    return fmt::format("{},{},{},{},{},{}", min.x(), min.y(), min.z(), max.x(), max.y(), max.z());
+  };
+  entry.set = [=](const std::string& text) { *box = ParseBox(name, text); };
+  Push(std::move(entry));
+}
+
 void OptionSet::Add(const std::string& name, std::optional<int>* value, const std::string& help,
                     Range<int> range) {
   Push(OptionalEntry(name, value, help, range));
@@ -156,16 +182,16 @@ void OptionSet::AddChoice(const std::string& name, const std::string& help,
     const size_t i = get();
     return i < choices.size() ? choices[i] : std::string("?");
   };
-  entry.set = [=](const std::string& text) {
+  entry.set = [name, choices, set = std::move(set)](const std::string& text) {
     for (size_t i = 0; i < choices.size(); ++i) {
       if (choices[i] == text) return set(i);
     }
     throw UsageError(
         fmt::format("--{} is '{}', but must be one of {}", name, text, fmt::join(choices, ", ")));
   };
-  entry.violation = [=] {
-    return get() < choices.size() ? std::string()
-                                  : fmt::format("--{} has a value outside its choices", name);
+  entry.violation = [name, num_choices = choices.size(), get = std::move(get)] {
+    return get() < num_choices ? std::string()
+                               : fmt::format("--{} has a value outside its choices", name);
   };
   Push(std::move(entry));
 }
@@ -192,6 +218,25 @@ std::string OptionSet::ToText() const {
   std::string text;
   for (const Entry& entry : entries_) text += entry.name + "=" + entry.get() + "\n";
   return text;
+}
+
+Eigen::AlignedBox3d ParseBox(const std::string& option, const std::string& text) {
+  Eigen::AlignedBox3d box;
+  if (text.empty()) return box;
+  std::string blanks = text;
+  std::replace(blanks.begin(), blanks.end(), ',', ' ');
+  std::istringstream numbers(blanks);
+  std::array<double, 6> value{};
+  for (double& number : value) numbers >> number;
+  const bool complete = !numbers.fail() && (numbers >> std::ws).eof();
+  box.min() = {value[0], value[1], value[2]};
+  box.max() = {value[3], value[4], value[5]};
+  if (!complete || !box.min().allFinite() || !box.max().allFinite() || box.isEmpty()) {
+    throw UsageError(fmt::format(
+        "--{} is '{}', but must be six numbers xmin,ymin,zmin,xmax,ymax,zmax with min <= max",
+        option, text));
+  }
+  return box;
 }
 
 }  // namespace lsmvs

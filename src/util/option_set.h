@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -48,6 +49,11 @@ class OptionSet {
            Range<double> range = {});
   void Add(const std::string& name, std::string* value, const std::string& help);
   void Add(const std::string& name, std::vector<std::string>* values, const std::string& help);
+  // Texts in one value, separated by commas.
+  void AddCommaList(const std::string& name, std::vector<std::string>* values,
+                    const std::string& help);
+  // A box as ParseBox() takes it.
+  void Add(const std::string& name, Eigen::AlignedBox3d* box, const std::string& help);
   void Add(const std::string& name, std::optional<int>* value, const std::string& help,
            Range<int> range = {});
   void Add(const std::string& name, std::optional<double>* value, const std::string& help,
@@ -86,6 +92,10 @@ class OptionSet {
 
   std::vector<Entry> entries_;
 };
+
+// "xmin,ymin,zmin,xmax,ymax,zmax" (commas or blanks). Throws UsageError that names `option`. An
+// empty text is an empty box.
+Eigen::AlignedBox3d ParseBox(const std::string& option, const std::string& text);
 
 // Check() of a struct that has Describe().
 template <class Options>

@@ -101,7 +101,7 @@ BENCHMARK(BM_Cut)
 void BM_Mesh(benchmark::State& state) {
   const BenchCloud bench(state.range(0), 0.25);
   VisibilityMesherOptions options;
-  options.max_proj_dist = 0.1;
+  options.merging.max_proj_dist = 0.1;
   VisibilityMesherResult result;
   for (auto _ : state) {
     state.PauseTiming();
@@ -115,7 +115,8 @@ void BM_Mesh(benchmark::State& state) {
   }
   state.counters["bytes"] = static_cast<double>(result.measured_peak_bytes) / num_vertices;
   state.counters["predicted"] = static_cast<double>(result.predicted_peak_bytes) / num_vertices;
-  state.counters["crossings"] = static_cast<double>(result.counters.num_crossings) / num_vertices;
+  state.counters["crossings"] =
+      static_cast<double>(result.counters.rays.num_crossings) / num_vertices;
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(num_vertices));
 }
 BENCHMARK(BM_Mesh)->Arg(250000)->Arg(1000000)->Arg(4000000)->Iterations(1)->Unit(

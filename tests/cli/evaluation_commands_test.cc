@@ -9,9 +9,9 @@
 #include <sstream>
 
 #include "lsmvs/cli/command_table.h"
-#include "lsmvs/cli/program.h"
 #include "lsmvs/image/image_codec.h"
 #include "lsmvs/mesh/textured_ply.h"
+#include "lsmvs/program/run_program.h"
 #include "lsmvs/report/report.h"
 #include "lsmvs/synthetic/texture.h"
 #include "lsmvs/synthetic/textured_atlas.h"

@@ -1,4 +1,4 @@
-#include "lsmvs/cli/manual.h"
+#include "lsmvs/program/manual.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "lsmvs/cli/command_table.h"
 #include "lsmvs/cli/commands/commands.h"
 #include "lsmvs/test_support/temporary_folder.h"
 

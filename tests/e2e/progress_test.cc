@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lsmvs/cli/run_reconstruction.h"
 #include "lsmvs/execution/run_plan.h"
 #include "lsmvs/execution/run_store.h"
 #include "lsmvs/execution/run_tasks.h"
 #include "lsmvs/synthetic/synthetic_scene.h"
 #include "lsmvs/synthetic/workspace.h"
 #include "lsmvs/test_support/temporary_folder.h"
+#include "lsmvs/workflow/planning/run_reconstruction.h"
 
 namespace lsmvs {
 namespace {

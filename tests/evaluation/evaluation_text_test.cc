@@ -52,5 +52,17 @@ TEST(EvaluationText, TableIsReadable) {
   }
 }
 
+TEST(EvaluationText, TableNamesTheUnit) {
+  MeshFigures figures = Figures();
+  EXPECT_THAT(ToTable(figures), testing::HasSubstr("unit: 1 GSD (one pixel on the surface) = "));
+  figures.surface->gsd = 0;
+  figures.surface->unit_in_world = 0.014;
+  EXPECT_THAT(ToTable(figures),
+              testing::HasSubstr("unit: 1/1000 of the truth's diagonal (no cameras were given) = "
+                                 "0.014 in the unit of the files"));
+  figures.surface->unit_in_world = 1;
+  EXPECT_THAT(ToTable(figures), testing::HasSubstr("unit: that of the files"));
+}
+
 }  // namespace
 }  // namespace lsmvs

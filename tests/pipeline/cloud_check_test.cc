@@ -24,7 +24,7 @@ struct SeenSphere {
   // What the surface stage would say.
   std::string Warning() const {
     VisibilityMesherOptions options;
-    options.max_proj_dist = 0.1;  // the sample is sparse: each point counts
+    options.merging.max_proj_dist = 0.1;  // the sample is sparse: each point counts
     const VisibilityMesherResult result =
         MeshVisibilityCloud(scene.scene, cloud, options, RunContext(1));
     return ContradictionWarning(MeasureCloudFit(scene.scene, cloud), result.counters.num_vertices,

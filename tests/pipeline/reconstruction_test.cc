@@ -168,7 +168,7 @@ TEST(ReconstructionTasks, OptionsThatChangeResultsAreOnRecordAndOthersAreNot) {
   options.seed = 5;
   EXPECT_NE(Options(AllTasks(Make(options))), base);
   options = {};
-  options.surface.smoothing_iterations += 1;
+  options.surface.cleaning.smoothing_iterations += 1;
   const std::vector<std::string> changed = Options(AllTasks(Make(options)));
   for (size_t i = 0; i < base.size(); ++i) {
     EXPECT_EQ(base[i] != changed[i], base[i].starts_with(kSurfaceStage)) << base[i];

@@ -32,7 +32,7 @@ VisibilityMesherResult MeshWith(double max_proj_dist) {
   ReturnLargeBlocksWhenFreed();
   NoisySphere sphere;
   VisibilityMesherOptions options;
-  options.max_proj_dist = max_proj_dist;
+  options.merging.max_proj_dist = max_proj_dist;
 #if defined(__GLIBC__)
   malloc_trim(0);  // what making the cloud left behind would hold the mesher's small arrays
 #endif
@@ -60,7 +60,7 @@ TEST(MemoryModel, ASampleTellsTheSize) {
   const CloudSample sample = sampler.Take();
   for (const double max_proj_dist : {0.1, 2.35, 6.0}) {
     VisibilityMesherOptions options;
-    options.max_proj_dist = max_proj_dist;
+    options.merging.max_proj_dist = max_proj_dist;
     const MeshingSize size = MeasureMeshingSize(sphere.scene.scene, sample, options, 1);
     EXPECT_EQ(size.num_points, sphere.cloud.size());
     EXPECT_EQ(size.num_view_entries, sphere.cloud.view_idxs.size());
@@ -70,7 +70,7 @@ TEST(MemoryModel, ASampleTellsTheSize) {
                   0.1 * static_cast<double>(truth));
     };
     near(size.num_vertices, counters.num_vertices);
-    near(size.num_sights, counters.num_rays);
+    near(size.num_sights, counters.rays.num_rays);
   }
 }
 
@@ -80,7 +80,7 @@ TEST(MemoryModel, SizesAreThoseOfTheRun) {
   const MeshingSize size{.num_points = counters.num_points,
                          .num_view_entries = 0,
                          .num_vertices = counters.num_vertices,
-                         .num_sights = counters.num_rays};
+                         .num_sights = counters.rays.num_rays};
   // Cells near a surface: 6.75 a vertex.
   EXPECT_GT(size.CuttingBytes(), sizeof(float[16]) * counters.num_cells * 9 / 10);
   EXPECT_LT(counters.num_vertices, counters.num_points);
@@ -90,7 +90,7 @@ TEST(MemoryModel, SizesAreThoseOfTheRun) {
 TEST(MemoryModel, RefusalSaysWhatFits) {
   NoisySphere sphere;
   VisibilityMesherOptions options;
-  options.max_proj_dist = 6;
+  options.merging.max_proj_dist = 6;
   RunContext context(1);
   const MeshingSize size{.num_points = sphere.cloud.size(),
                          .num_view_entries = sphere.cloud.view_idxs.size()};
@@ -103,8 +103,8 @@ TEST(MemoryModel, RefusalSaysWhatFits) {
   }
   const std::string option = "max_proj_dist to ";
   ASSERT_NE(message.find(option), std::string::npos) << message;
-  options.max_proj_dist = std::stod(message.substr(message.find(option) + option.size()));
-  EXPECT_GT(options.max_proj_dist, 6);
+  options.merging.max_proj_dist = std::stod(message.substr(message.find(option) + option.size()));
+  EXPECT_GT(options.merging.max_proj_dist, 6);
   EXPECT_NO_THROW(MeshVisibilityCloud(sphere.scene.scene, sphere.cloud, options, context));
 }
 

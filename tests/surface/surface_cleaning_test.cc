@@ -11,6 +11,17 @@
 namespace lsmvs {
 namespace {
 
+constexpr SurfaceCleaningOptions kNoRules = {.max_gap_share = 0,
+                                             .max_side_length_factor = 0,
+                                             .max_web_factor = 0,
+                                             .normal_check_factor = 0,
+                                             .max_normal_angle_deg = 0,
+                                             .max_side_length_percentile = 0,
+                                             .min_component_fraction = 0,
+                                             .min_component_faces = 0,
+                                             .max_hole_edges = 0,
+                                             .smoothing_iterations = 0};
+
 // A sphere and a small one beside it, all of whose vertices are points that all views see.
 struct TwoSpheres {
   TwoSpheres() : scene(MakeScene(ShapeName::kSphere, 4, 320, 240)) {
@@ -44,7 +55,7 @@ struct TwoSpheres {
   }
 
   SurfaceCleaningCounters Clean(const SurfaceCleaningOptions& options) {
-    return CleanSurface(scene.scene, cloud, options, RunContext(2), &surface);
+    return CleanSurface(scene.scene, cloud, options, 3, RunContext(2), &surface);
   }
 
   SyntheticScene scene;
@@ -56,7 +67,7 @@ struct TwoSpheres {
 TEST(SurfaceCleaning, WithoutRulesNothingChangesButColors) {
   TwoSpheres spheres;
   const TriangleMesh before = spheres.surface.mesh;
-  const SurfaceCleaningCounters counters = spheres.Clean({});
+  const SurfaceCleaningCounters counters = spheres.Clean(kNoRules);
   EXPECT_EQ(counters.num_components, 2u);
   EXPECT_EQ(spheres.surface.mesh.vertices, before.vertices);
   EXPECT_EQ(spheres.surface.mesh.faces, before.faces);
@@ -69,7 +80,7 @@ TEST(SurfaceCleaning, WithoutRulesNothingChangesButColors) {
 TEST(SurfaceCleaning, DropsWhatFloatsAndIsSmall) {
   TwoSpheres spheres;
   const size_t num_faces = spheres.surface.mesh.faces.size();
-  SurfaceCleaningOptions options;
+  SurfaceCleaningOptions options = kNoRules;
   options.min_component_fraction = 0.5;
   const SurfaceCleaningCounters counters = spheres.Clean(options);
   EXPECT_EQ(counters.num_components, 1u);
@@ -82,7 +93,7 @@ TEST(SurfaceCleaning, DropsWhatFloatsAndIsSmall) {
 
 TEST(SurfaceCleaning, KeepsTheLargestPieceWhateverIsAskedFor) {
   TwoSpheres spheres;
-  SurfaceCleaningOptions options;
+  SurfaceCleaningOptions options = kNoRules;
   options.min_component_faces = 1 << 30;
   spheres.Clean(options);
   EXPECT_EQ(spheres.surface.mesh.faces.size(), spheres.num_large_faces);
@@ -92,7 +103,7 @@ TEST(SurfaceCleaning, ClosesHolesUpToTheirSize) {
   TwoSpheres spheres;
   const double volume = Inspect(spheres.surface.mesh).volume;
   spheres.surface.mesh.faces.erase(spheres.surface.mesh.faces.begin());  // a hole of three edges
-  SurfaceCleaningOptions options;
+  SurfaceCleaningOptions options = kNoRules;
   options.max_hole_edges = 3;
   EXPECT_EQ(spheres.Clean(options).num_closed_holes, 1u);
   EXPECT_NEAR(Inspect(spheres.surface.mesh).volume, volume, 1e-9);
@@ -114,11 +125,10 @@ TEST(SurfaceCleaning, FacesMuchLongerThanUsualGo) {
   for (const Eigen::Vector3i& face : spheres.surface.mesh.faces) {
     num_spiked += (face.array() == 10).any();
   }
-  SurfaceCleaningOptions options;
+  SurfaceCleaningOptions options = kNoRules;
   options.completeness = Completeness::kStrict;
   options.max_side_length_factor = 10;
   options.max_side_length_percentile = 50;
-  options.visibility_sigma = 3;
   spheres.Clean(options);
   EXPECT_EQ(spheres.surface.mesh.faces.size(), num_faces - num_spiked);
   for (const Eigen::Vector3d& x : spheres.surface.mesh.vertices) {

@@ -29,9 +29,9 @@ const RunContext kContext(1);
 // Holes stay open and nothing moves: the surface as it was cut.
 VisibilityMesherOptions Plain() {
   VisibilityMesherOptions options;
-  options.max_proj_dist = 1;
-  options.smoothing_iterations = 0;
-  options.max_hole_edges = 0;
+  options.merging.max_proj_dist = 1;
+  options.cleaning.smoothing_iterations = 0;
+  options.cleaning.max_hole_edges = 0;
   return options;
 }
 
@@ -59,7 +59,7 @@ Meshed MeshShapeScene(ShapeName shape, const SampledCloudOptions& sampling,
   const VisibilityCloud cloud =
       SampleCloud(*meshed.scene.shape, meshed.scene.scene, sampling, kContext);
   meshed.result = MeshVisibilityCloud(meshed.scene.scene, cloud, options, kContext);
-  EXPECT_EQ(meshed.result.counters.num_lost_rays, 0u);
+  EXPECT_EQ(meshed.result.counters.rays.num_lost_rays, 0u);
   return meshed;
 }
 
@@ -81,7 +81,7 @@ Meshed MeshShapeSeenAllAround(ShapeName shape, const SampledCloudOptions& sampli
   const VisibilityCloud cloud =
       SampleCloud(*meshed.scene.shape, meshed.scene.scene, sampling, kContext);
   meshed.result = MeshVisibilityCloud(meshed.scene.scene, cloud, options, kContext);
-  EXPECT_EQ(meshed.result.counters.num_lost_rays, 0u);
+  EXPECT_EQ(meshed.result.counters.rays.num_lost_rays, 0u);
   return meshed;
 }
 
@@ -103,7 +103,7 @@ TEST(VisibilityMesher, OptionsAreValidAndBounded) {
   VisibilityMesherOptions options;
   std::string error;
   EXPECT_TRUE(options.Check(&error)) << error;
-  options.max_proj_dist = -1;
+  options.merging.max_proj_dist = -1;
   EXPECT_FALSE(options.Check(&error));
   EXPECT_NE(error.find("max_proj_dist"), std::string::npos);
 }
@@ -146,9 +146,9 @@ TEST(VisibilityMesher, ClosedKeepsWhatNobodyMeasuredInside) {
     cloud.Add(x, all.normals[p], all.colors[p], all.ViewsOf(p));
   }
   VisibilityMesherOptions options = Plain();
-  options.max_web_factor = 20;  // believes in no facet across the gap
+  options.cleaning.max_web_factor = 20;  // believes in no facet across the gap
   const auto border_edges = [&](Completeness completeness) {
-    options.completeness = completeness;
+    options.cleaning.completeness = completeness;
     const auto result = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
     ExpectValidMesh(result.mesh);
     size_t inside = 0;
@@ -188,7 +188,7 @@ TEST(VisibilityMesher, NoiseOfTwoPixels) {
   SampledCloudOptions sampling = Points(20000);
   sampling.noise = 2 * gsd;
   VisibilityMesherOptions options = Plain();
-  options.max_proj_dist = 2;
+  options.merging.max_proj_dist = 2;
   const Meshed sphere = MeshShapeScene(ShapeName::kSphere, sampling, options);
   ExpectValidMesh(sphere.result.mesh);
   EXPECT_LT(MeasureAccuracy(sphere.result.mesh, sphere.scene, 2, 5000).mean, 2 * gsd);
@@ -312,7 +312,7 @@ TEST(VisibilityMesher, OrderOfThePointsDoesNotMatter) {
     sampling.outlier_fraction = 0.3;
     const VisibilityCloud cloud = SampleCloud(*scene.shape, scene.scene, sampling, kContext);
     VisibilityMesherOptions options;
-    options.quality_regularization = quality;
+    options.weights.quality_regularization = quality;
     options.find_free_points = true;
     const auto expected = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
     EXPECT_GT(expected.mesh.faces.size(), 1000u);
@@ -372,7 +372,7 @@ TEST(VisibilityMesher, GoesOnBehindStepsThatWereKept) {
   const auto expect_same = [&](const VisibilityMesherResult& result, size_t num_steps_found) {
     EXPECT_EQ(result.counters.num_steps_found, num_steps_found);
     EXPECT_EQ(result.counters.num_vertices, whole.counters.num_vertices);
-    EXPECT_EQ(result.counters.num_rays, whole.counters.num_rays);
+    EXPECT_EQ(result.counters.rays.num_rays, whole.counters.rays.num_rays);
     EXPECT_EQ(result.mesh.vertices, whole.mesh.vertices);
     EXPECT_EQ(result.mesh.faces, whole.mesh.faces);
     EXPECT_EQ(result.mesh.vertex_colors, whole.mesh.vertex_colors);
@@ -423,7 +423,7 @@ TEST(VisibilityMesher, CameraAtAPointAndSingleViews) {
   const std::vector<uint32_t> views = {0, 1};
   cloud.Add(center, Eigen::Vector3f::Zero(), Color::Zero(), views);
   const auto result = MeshVisibilityCloud(scene.scene, cloud, Plain(), kContext);
-  EXPECT_EQ(result.counters.num_lost_rays, 0u);
+  EXPECT_EQ(result.counters.rays.num_lost_rays, 0u);
   EXPECT_EQ(result.status, VisibilityMesherStatus::kSuccess);
   // Each point seen by its first view alone.
   VisibilityCloud single;
@@ -431,24 +431,24 @@ TEST(VisibilityMesher, CameraAtAPointAndSingleViews) {
     single.Add(cloud.positions[p], cloud.normals[p], cloud.colors[p], cloud.ViewsOf(p).first(1));
   }
   const auto one_view = MeshVisibilityCloud(scene.scene, single, Plain(), kContext);
-  EXPECT_EQ(one_view.counters.num_lost_rays, 0u);
+  EXPECT_EQ(one_view.counters.rays.num_lost_rays, 0u);
   EXPECT_NE(one_view.status, VisibilityMesherStatus::kNoPoints);
 }
 
 // What hangs between a sphere and the ground behind its rim is a web that nobody saw.
-void ExpectWebsDropped(bool with_normals, double VisibilityMesherOptions::*factor, double value) {
+void ExpectWebsDropped(bool with_normals, double SurfaceCleaningOptions::*factor, double value) {
   const SyntheticScene scene = MakeScene(ShapeName::kSphereOnGround, 16, 320, 240);
   VisibilityCloud cloud = SampleCloud(*scene.shape, scene.scene, Points(8000), kContext);
   if (!with_normals) cloud.normals.assign(cloud.size(), Eigen::Vector3f::Zero());
   VisibilityMesherOptions options = Plain();
-  options.max_web_factor = options.normal_check_factor = 0;
-  options.sink_distance_factor = 1;  // makes more of them
-  options.completeness = Completeness::kStrict;
+  options.cleaning.max_web_factor = options.cleaning.normal_check_factor = 0;
+  options.weights.sink_distance_factor = 1;  // makes more of them
+  options.cleaning.completeness = Completeness::kStrict;
   const auto kept = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
-  options.*factor = value;
+  options.cleaning.*factor = value;
   const auto cleaned = MeshVisibilityCloud(scene.scene, cloud, options, kContext);
-  EXPECT_EQ(kept.counters.num_dropped_webs, 0u);
-  EXPECT_GT(cleaned.counters.num_dropped_webs, 0u);
+  EXPECT_EQ(kept.counters.cleaning.num_dropped_webs, 0u);
+  EXPECT_GT(cleaned.counters.cleaning.num_dropped_webs, 0u);
   EXPECT_LT(cleaned.mesh.faces.size(), kept.mesh.faces.size());
   EXPECT_GE(MeasureAccuracy(cleaned.mesh, scene, 2, 5000).Within(2 * scene.gsd),
             MeasureAccuracy(kept.mesh, scene, 2, 5000).Within(2 * scene.gsd));
@@ -456,12 +456,12 @@ void ExpectWebsDropped(bool with_normals, double VisibilityMesherOptions::*facto
 }
 
 TEST(VisibilityMesher, NormalsTellWebs) {
-  ExpectWebsDropped(true, &VisibilityMesherOptions::normal_check_factor, 2);
-  ExpectWebsDropped(true, &VisibilityMesherOptions::max_web_factor, 4);
+  ExpectWebsDropped(true, &SurfaceCleaningOptions::normal_check_factor, 2);
+  ExpectWebsDropped(true, &SurfaceCleaningOptions::max_web_factor, 4);
 }
 
 TEST(VisibilityMesher, LinesOfSightTellWebsWithoutNormals) {
-  ExpectWebsDropped(false, &VisibilityMesherOptions::max_web_factor, 20);
+  ExpectWebsDropped(false, &SurfaceCleaningOptions::max_web_factor, 20);
 }
 
 // Nor do crumbs stay that dropped webs leave hanging on the rest by a vertex.
@@ -469,12 +469,12 @@ TEST(VisibilityMesher, NoPieceIsSmallerThanAskedFor) {
   SampledCloudOptions sampling = Points(20000);
   sampling.outlier_fraction = 0.3;
   VisibilityMesherOptions options = Plain();
-  options.max_web_factor = 20;
+  options.cleaning.max_web_factor = 20;
   const Meshed meshed = MeshShapeScene(ShapeName::kSphereOnGround, sampling, options);
   const MeshComponents components = FindComponents(meshed.result.mesh);
-  EXPECT_EQ(components.num_faces.size(), meshed.result.counters.num_components);
+  EXPECT_EQ(components.num_faces.size(), meshed.result.counters.cleaning.num_components);
   for (const size_t num_faces : components.num_faces) {
-    EXPECT_GE(num_faces, static_cast<size_t>(options.min_component_faces));
+    EXPECT_GE(num_faces, static_cast<size_t>(options.cleaning.min_component_faces));
   }
 }
 

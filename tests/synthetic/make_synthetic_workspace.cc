@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct ProgramOptions {
   std::string output;
   WorkspaceFormat format = WorkspaceFormat::kDense;
   int seed = 0;
+  bool overwrite = false;
 
   void Describe(OptionSet* options) {
     options->Add("output", &output, "folder to write; it is made if it is missing");
@@ -30,6 +32,7 @@ struct ProgramOptions {
                       {"dense", WorkspaceFormat::kDense}});
     options->Add("seed", &seed, "of all that is random; the same seed gives the same files",
                  {0, 1000000000});
+    options->Add("overwrite", &overwrite, "write into a folder that holds something already");
     scene.Describe(options);
     photo.Describe(options);
   }
@@ -40,8 +43,17 @@ constexpr const char* kUsage =
     "Renders photos of a shape that is known exactly. FOLDER gets images/, gt_mesh.ply,\n"
     "camera_centers.txt (name x y z) and, by format, COLMAP's sparse model.\n";
 
+bool HoldsSomething(const std::filesystem::path& folder) {
+  std::error_code error;
+  return std::filesystem::exists(folder) && !std::filesystem::is_empty(folder, error);
+}
+
 void Run(ProgramOptions options) {
   if (options.output.empty()) throw UsageError("--output is missing; see --help");
+  if (!options.overwrite && HoldsSomething(options.output)) {
+    throw Error(ExitCode::kOverwrite,
+                options.output + ": is not empty; give another --output, or --overwrite 1");
+  }
   options.scene.seed = static_cast<uint64_t>(options.seed);
   const RunContext context;
   SyntheticScene scene = MakeScene(options.scene, context);

@@ -96,6 +96,19 @@ TEST_F(Program, WritesAWorkspace) {
   EXPECT_TRUE(Inspect(ReadMeshPly(output + "/gt_mesh.ply")).IsClosed());
 }
 
+TEST_F(Program, ReplacesAFilledFolderOnlyIfTold) {
+  const std::string output = (folder_.path() / "w").string();
+  const std::string arguments =
+      "--output " + output + " --format photos --num_views 2 --width 16 --height 16";
+  ASSERT_EQ(Run(arguments), 0) << Log();
+  std::ofstream(output + "/gt_mesh.ply") << "mine";
+  EXPECT_EQ(Run(arguments), 6);
+  EXPECT_NE(Log().find("--overwrite"), std::string::npos) << Log();
+  EXPECT_EQ(std::filesystem::file_size(output + "/gt_mesh.ply"), 4u);
+  EXPECT_EQ(Run(arguments + " --overwrite 1"), 0) << Log();
+  EXPECT_GT(std::filesystem::file_size(output + "/gt_mesh.ply"), 4u);
+}
+
 TEST_F(Program, RefusesWhatMakesNoSense) {
   EXPECT_EQ(Run("--shape torus"), 2);
   EXPECT_NE(Log().find("--output"), std::string::npos);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "lsmvs/util/error.h"
 
@@ -147,6 +148,40 @@ TEST_F(OptionSetTest, TextChangesWithEveryValueAndReadsBack) {
   EXPECT_NE(after.find("Sample.share=0.30000000000000004\n"), std::string::npos) << after;
   Set("share", set_.Find("Sample.share")->get());
   EXPECT_EQ(options_.share, 0.1 + 0.2);
+}
+
+TEST(OptionSetLists, CommasSeparateAndReplace) {
+  std::vector<std::string> names = {"old"};
+  OptionSet set;
+  set.AddCommaList("names", &names, "some names");
+  const OptionSet::Entry& entry = *set.Find("names");
+  EXPECT_EQ(entry.default_value, "old");
+  EXPECT_FALSE(entry.is_list());  // one value holds them all
+  entry.set("a.jpg,b c.jpg");
+  EXPECT_EQ(names, (std::vector<std::string>{"a.jpg", "b c.jpg"}));
+  EXPECT_EQ(entry.get(), "a.jpg,b c.jpg");
+  entry.set("");
+  EXPECT_TRUE(names.empty());
+}
+
+TEST(OptionSetBoxes, ReadBackExactlyAndRefuseWhatIsNone) {
+  Eigen::AlignedBox3d box;
+  OptionSet set;
+  set.Add("box", &box, "a region");
+  const OptionSet::Entry& entry = *set.Find("box");
+  EXPECT_EQ(entry.default_value, "");
+  entry.set("-1,0 0,0.1, 2,3.5");
+  EXPECT_EQ(box.min(), Eigen::Vector3d(-1, 0, 0));
+  EXPECT_EQ(box.max(), Eigen::Vector3d(0.1, 2, 3.5));
+  const Eigen::AlignedBox3d before = box;
+  entry.set(entry.get());
+  EXPECT_TRUE(box.isApprox(before, 0));
+  for (const char* bad :
+       {"1,2,3", "0,0,0,1,1,x", "1,0,0,0,1,1", "0,0,0,1,1,1,1", "0,0,0,1,1,inf"}) {
+    EXPECT_THROW(entry.set(bad), UsageError) << bad;
+  }
+  entry.set("");
+  EXPECT_TRUE(box.isEmpty());
 }
 
 TEST_F(OptionSetTest, SameNameTwiceIsAMistake) {

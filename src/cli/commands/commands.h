@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "lsmvs/cli/command.h"
+#include "lsmvs/program/command.h"
 
 // Makers of the commands: each is defined in the file of its name in this folder.
 

@@ -1,70 +1,35 @@
-#include <memory>
+#include "lsmvs/workflow/single_stages.h"
 
 #include "lsmvs/cli/commands/commands.h"
-#include "lsmvs/cli/run_reconstruction.h"
-#include "lsmvs/cli/stage_options.h"
+#include "lsmvs/program/options_command.h"
 
 namespace lsmvs {
 
-namespace {
-
-class PatchMatchStereoCommand : public Command {
- public:
-  CommandInfo Info() const override {
-    return {
-        "patch_match_stereo",
-        "Photos -> depth and normal maps",
-        "Estimates depth and normal maps of all photos of a dense workspace, on the CPU. Writes "
-        "stereo/depth_maps/<image>.{photometric,geometric}.bin and the same under "
-        "stereo/normal_maps, in COLMAP's format: "
-        "`colmap stereo_fusion` reads them.\n"
-        "Maps that are there are kept: a stopped run goes on at the next photo, and maps that "
-        "COLMAP made are used "
-        "(--overwrite replaces those).\n"
-        "stereo/patch-match.cfg is honoured, as in COLMAP: pairs of lines, the name of a photo and "
-        "its sources: names with commas between, best first (the first "
-        "--PatchMatchStereo.max_num_neighbors of them are used); or __all__; or __auto__, N: "
-        "those that this program selects, at most N. Photos that are not listed get no depth. A "
-        "list of __auto__, 20 alone, as COLMAP "
-        "writes it, says nothing.",
-        {"lsmvs patch_match_stereo --workspace_path project/dense/0"},
-        {"workspace_path"},
-        "workspace_path",
-        {"pmvs_option_name", "log_to_stderr", "PatchMatchStereo.gpu_index",
-         "PatchMatchStereo.num_samples", "PatchMatchStereo.ncc_sigma",
-         "PatchMatchStereo.incident_angle_sigma", "PatchMatchStereo.cache_size",
-         "PatchMatchStereo.write_consistency_graph"}};
-  }
-
-  void Describe(OptionSet* options) override {
-    stage_.DescribeWorkspace(options);
-    stage_.DescribeMaskPath(options);
-    stage_.DescribeAlphaMask(options);
-    stage_.DescribeSourcesPath(options);
-    stage_.DescribeSkipMissingImages(options);
-    stage_.DescribeRun(options);
-    stage_.DescribeMaps(true, options);
-    stage_.DescribeMaxImageSize("PatchMatchStereo.max_image_size", options);
-    options_.patch_match.Describe(options);
-    options_.view_selection.Describe(options);
-  }
-
-  void Run(const CommandContext& context) override {
-    stage_.Apply(&options_);
-    const auto reconstruction = OpenReconstruction(stage_.Workspace(), stage_, options_, context);
-    RunPlanned(stage_.Workspace(), *reconstruction, MakeStereoTasks(reconstruction), stage_,
-               context);
-  }
-
- private:
-  StageOptions stage_;
-  ReconstructionOptions options_;
-};
-
-}  // namespace
-
 std::unique_ptr<Command> MakePatchMatchStereoCommand() {
-  return std::make_unique<PatchMatchStereoCommand>();
+  CommandInfo info = {
+      "patch_match_stereo",
+      "Photos -> depth and normal maps",
+      "Estimates depth and normal maps of all photos of a dense workspace, on the CPU. Writes "
+      "stereo/depth_maps/<image>.{photometric,geometric}.bin and the same under "
+      "stereo/normal_maps, in COLMAP's format: "
+      "`colmap stereo_fusion` reads them.\n"
+      "Maps that are there are kept: a stopped run goes on at the next photo, and maps that "
+      "COLMAP made are used "
+      "(--overwrite replaces those).\n"
+      "stereo/patch-match.cfg is honoured, as in COLMAP: pairs of lines, the name of a photo and "
+      "its sources: names with commas between, best first (the first "
+      "--PatchMatchStereo.max_num_neighbors of them are used); or __all__; or __auto__, N: "
+      "those that this program selects, at most N. Photos that are not listed get no depth. A "
+      "list of __auto__, 20 alone, as COLMAP "
+      "writes it, says nothing.",
+      {"lsmvs patch_match_stereo --workspace_path project/dense/0"},
+      {"workspace_path"},
+      "workspace_path",
+      {"pmvs_option_name", "log_to_stderr", "PatchMatchStereo.gpu_index",
+       "PatchMatchStereo.num_samples", "PatchMatchStereo.ncc_sigma",
+       "PatchMatchStereo.incident_angle_sigma", "PatchMatchStereo.cache_size",
+       "PatchMatchStereo.write_consistency_graph"}};
+  return MakeOptionsCommand<PatchMatchStereoRun>(std::move(info), RunPatchMatchStereo);
 }
 
 }  // namespace lsmvs

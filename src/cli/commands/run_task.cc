@@ -5,8 +5,9 @@
 
 #include "lsmvs/cli/command_table.h"
 #include "lsmvs/cli/commands/commands.h"
-#include "lsmvs/cli/program.h"
+#include "lsmvs/colmap_adapter/option_synonyms.h"
 #include "lsmvs/execution/job_order.h"
+#include "lsmvs/program/run_program.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
@@ -61,7 +62,7 @@ class RunTaskCommand : public Command {
     arguments.push_back(
         fmt::format("--max_memory={}MB", ProgramMemoryBytes(order.memory_bytes) / 1'000'000));
     const std::unique_ptr<Command> command = FindCommand(order.command_name);
-    RunCommandForJob(command.get(), arguments, job);
+    RunCommandForJob(command.get(), arguments, job, ColmapSynonyms());
   }
 
  private:

@@ -20,6 +20,10 @@ using internal::EdgeCollapser;
 using internal::ProperSurface;
 using internal::VertexStars;
 
+// Corners of the overlay of both surfaces are tested in the manner of J. Cohen, D. Manocha, M.
+// Olano, "Simplifying polygonal models using successive mappings", Visualization 1997; we look for
+// corresponding points near each other instead of keeping a mapping.
+
 constexpr double kMinFlatness = 0.05, kMinNormalCosine = 0.25;
 constexpr size_t kMaxFacesOfVertex = 16;
 // Part of the tolerance by which a new vertex may be rounded to what a file holds.

@@ -135,7 +135,8 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, const CloudReader& re
       fit, result.counters.num_vertices + result.counters.num_filtered_vertices,
       result.mesh.vertices.size());
   if (!warning.empty()) LOG(WARNING) << cloud_path.string() << ": " << warning;
-  result.mesh.vertex_quality = QualityByViews(result.view_begin, options.surface.visibility_sigma);
+  result.mesh.vertex_quality =
+      QualityByViews(result.view_begin, options.surface.merging.visibility_sigma);
   WriteMeshPly(run.outputs.at(kMeshFile), result.mesh, offset);
   reconstruction.files->WriteVisibility(result.view_begin, result.view_idxs,
                                         run.outputs.at(kMeshVisibilityFile));
@@ -147,8 +148,8 @@ TaskCounts MeshCloud(const Reconstruction& reconstruction, const CloudReader& re
       {"delaunay_vertices", static_cast<double>(result.counters.num_vertices)},
       {"filtered_vertices", static_cast<double>(result.counters.num_filtered_vertices)},
       {"cells", static_cast<double>(result.counters.num_cells)},
-      {"rays", static_cast<double>(result.counters.num_rays)},
-      {"crossings", static_cast<double>(result.counters.num_crossings)},
+      {"rays", static_cast<double>(result.counters.rays.num_rays)},
+      {"crossings", static_cast<double>(result.counters.rays.num_crossings)},
       {"vertices", static_cast<double>(result.mesh.vertices.size())},
       {"faces", static_cast<double>(result.mesh.faces.size())},
       {"steps_found", static_cast<double>(result.counters.num_steps_found)},

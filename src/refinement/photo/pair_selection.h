@@ -7,6 +7,7 @@
 #include "lsmvs/mesh/triangle_mesh.h"
 #include "lsmvs/refinement/photo/surface_warp.h"
 #include "lsmvs/refinement/regions/face_regions.h"
+#include "lsmvs/scene/depth_tolerance.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
@@ -22,7 +23,7 @@ struct PairSelectionOptions {
   double max_angle_deg = 50.0;
   // The error of a depth falls with the angle, the likeness of the photos too.
   double best_angle_deg = 25.0;
-  double depth_tolerance = 0.01;
+  double depth_tolerance = kDefaultDepthTolerance;
   // Views that see a face at a steeper angle than this do not judge it.
   double min_cosine = 0.2;
   size_t map_budget_bytes = size_t{1} << 30;  // for the depth maps

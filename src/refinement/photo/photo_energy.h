@@ -9,13 +9,14 @@
 #include "lsmvs/refinement/photo/pair_selection.h"
 #include "lsmvs/refinement/photo/surface_warp.h"
 #include "lsmvs/refinement/photo/window_correlation.h"
+#include "lsmvs/scene/depth_tolerance.h"
 #include "lsmvs/util/run_context.h"
 
 namespace lsmvs {
 
 struct PhotoEnergyOptions {
   CorrelationOptions correlation;
-  double depth_tolerance = 0.01;
+  double depth_tolerance = kDefaultDepthTolerance;
   int level = 0;                              // of the image store
   size_t map_budget_bytes = size_t{1} << 30;  // for depth and face maps
 };

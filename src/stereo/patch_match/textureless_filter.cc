@@ -11,6 +11,16 @@ namespace lsmvs {
 
 namespace {
 
+// A pixel without texture is kept if along a row, a column or a diagonal one of these holds:
+//   - from the nearest textured pixel with a plane on either side to that on the other every pixel
+//     has a plane, and their inverse depths go on without a jump;
+//   - those two span a chord (a plane is straight in inverse depth) from which the pixel's inverse
+//     depth deviates little;
+//   - one such lies on one side, with a plane from which the pixel deviates little, and on the
+//     other the image ends within reach.
+// With each such pixel go those of its texture window that continue its depth: a window without
+// texture has none in any of its pixels, though windows around those at its rim reach out to some.
+
 // What lies behind a pixel along a line.
 struct Anchor {
   const Plane* plane = nullptr;  // of the nearest pixel with texture and a plane, if there is one
@@ -137,7 +147,8 @@ size_t FilterTexturelessPixels(const Raster<uint8_t>& textured,
   constexpr std::array<std::array<int, 2>, 4> kLines = {{{1, 0}, {0, 1}, {1, 1}, {-1, 1}}};
   std::vector<bool> between(planes->size(), false);
   std::vector<Anchor> one_side(planes->size());
-  for (const auto& [dx, dy] : kLines) {
+  for (const std::array<int, 2>& line : kLines) {
+    const int dx = line[0], dy = line[1];
     ScanAnchors(textured, *planes, dx, dy, settings.max_step,
                 [&](size_t pixel, const Anchor& anchor) { one_side[pixel] = anchor; });
     ScanAnchors(textured, *planes, -dx, -dy, settings.max_step, [&](size_t pixel, const Anchor& b) {

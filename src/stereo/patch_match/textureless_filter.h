@@ -26,15 +26,8 @@ struct TexturelessFilterOptions {
 };
 
 // Resets the planes (q = 0) of pixels without texture that are not between textured ones. A pixel
-// is kept if along a row, a column or a diagonal one of these holds:
-//   - from the nearest textured pixel with a plane on either side to that on the other every pixel
-//     has a plane, and their inverse depths go on without a jump;
-//   - those two span a chord (a plane is straight in inverse depth) from which the pixel's inverse
-//     depth deviates little;
-//   - one such lies on one side, with a plane from which the pixel deviates little, and on the
-//     other the image ends within reach.
-// With each such pixel go those of its texture window that continue its depth: a window without
-// texture has none in any of its pixels, though windows around those at its rim reach out to some.
+// is kept if along a row, a column or a diagonal its depth continues or interpolates that of
+// textured pixels on both sides, or of one side where the image ends on the other.
 // Returns how many were reset. O(pixels), 24 bytes per pixel.
 size_t FilterTexturelessPixels(const Raster<uint8_t>& textured,
                                const TexturelessFilterOptions& settings, PlaneMap* planes);

@@ -28,9 +28,10 @@ double LongestEdge(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Ve
 class Cleaner {
  public:
   Cleaner(const Scene& scene, const MergedCloud& cloud, const SurfaceCleaningOptions& options,
-          const RunContext& context, ExtractedSurface* surface)
+          double visibility_sigma, const RunContext& context, ExtractedSurface* surface)
       : cloud_(cloud),
         options_(options),
+        visibility_sigma_(visibility_sigma),
         context_(context),
         mesh_(surface->mesh),
         vertex_point_(surface->vertex_point),
@@ -202,7 +203,7 @@ class Cleaner {
       num_views =
           std::min(num_views, cloud_.SightsOf(static_cast<size_t>(vertex_point_[v])).size());
     }
-    const double confidence = ViewConfidence(num_views, options_.visibility_sigma);
+    const double confidence = ViewConfidence(num_views, visibility_sigma_);
     const double for_true = (1 - false_share) * confidence * confidence;
     const double for_false = false_share * (1 - confidence * confidence);
     const double trust = for_true / (for_true + for_false);
@@ -280,6 +281,7 @@ class Cleaner {
 
   const MergedCloud& cloud_;
   const SurfaceCleaningOptions& options_;
+  const double visibility_sigma_;
   const RunContext& context_;
   // What a facet's depth weighs against its length; the range of sqrt(1 - cosine).
   static constexpr double kDepthStress = 8, kMinTurn = 0.14, kMaxTurn = std::numbers::sqrt2;
@@ -305,9 +307,9 @@ class Cleaner {
 }  // namespace
 
 SurfaceCleaningCounters CleanSurface(const Scene& scene, const MergedCloud& cloud,
-                                     const SurfaceCleaningOptions& options,
+                                     const SurfaceCleaningOptions& options, double visibility_sigma,
                                      const RunContext& context, ExtractedSurface* surface) {
-  return Cleaner(scene, cloud, options, context, surface).Run();
+  return Cleaner(scene, cloud, options, visibility_sigma, context, surface).Run();
 }
 
 }  // namespace lsmvs
