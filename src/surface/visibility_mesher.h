@@ -165,7 +165,8 @@ struct VisibilityMesherResult {
 // Nothing to mesh is a status, not an error. Memory: see MeshingSize, about 0.6 kB per vertex of
 // the tetrahedralisation; time about O(n log n), see EstimateVisibilityMesherCost.
 //
-// With a ScratchMemory the same work is done in parts, with the same bytes: vertices lie along a
+// With a ScratchMemory the same work is done in parts, with the same bytes: the points are sorted
+// by their places first, so that the order of the cloud does not matter; vertices lie along a
 // Hilbert curve; tetrahedra are made tile by tile and stored in that order; rays go out block by
 // block; the cut solves runs of tetrahedra that fit into memory and then augments across their
 // walls. So each part is in memory while it is worked on, and is moved to the file and back a few
