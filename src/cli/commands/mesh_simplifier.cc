@@ -40,7 +40,7 @@ PointViews TakeViews(const PointViews& views, const std::vector<int>& points) {
   return taken;
 }
 
-constexpr MeshMemoryModel kMemory = {.all = 310, .in_memory = 0};
+constexpr MeshMemoryModel kMemory = {.all = 310, .in_memory = 0, .in_any_order = true};
 
 class MeshSimplifier : public Command {
  public:
