@@ -158,7 +158,8 @@ std::vector<MergingCase> Cases() {
   for (const auto& [name, world] : {std::pair("sphere", World::kSphere),
                                     {"torus", World::kTorus},
                                     {"relief", World::kRelief}}) {
-    const auto add = [&](const char* what, const PieceOptions& a, const PieceOptions& b) {
+    const auto add = [&cases, name = name, world = world](const char* what, const PieceOptions& a,
+                                                          const PieceOptions& b) {
       cases.push_back({std::string(name) + "_" + what, world, a, b});
     };
     add("exact", {0.1}, {0.1});

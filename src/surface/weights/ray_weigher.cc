@@ -169,8 +169,8 @@ class RayWeigher {
       int32_t weight = lane->full;
       if (d < ray.near) {
         const float share = near_weight_(d * d * lane->inverse_squared_sigma);
-        weight = std::max(lane->last,
-                          static_cast<int32_t>(share * static_cast<float>(lane->full) + 0.5f));
+        const float rounded = share * static_cast<float>(lane->full) + 0.5f;
+        weight = std::max(lane->last, static_cast<int32_t>(rounded));
         AddSaturated<kShared>(&left.capacity[ray.exit], weight);
       } else {
         far_cell = cell;
