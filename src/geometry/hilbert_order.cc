@@ -9,7 +9,7 @@ namespace lsmvs {
 
 namespace {
 
-constexpr int kBits = 21;
+constexpr int kBits = kHilbertBits;
 constexpr double kLastStep = (1 << kBits) - 1;
 
 // J. Skilling: Programming the Hilbert curve, 2004: coordinates to the transposed index, in place.
@@ -79,8 +79,7 @@ std::vector<uint32_t> OrderOf(std::span<const Eigen::Vector<Scalar, 3>> points) 
       const double step = scale * (static_cast<double>(points[i][k]) - box.min()[k]);
       x[k] = step > 0 ? static_cast<uint32_t>(std::min(step, kLastStep)) : 0;  // also if it is NaN
     }
-    ToTransposedIndex(&x);
-    items[i] = {Interleave(x), static_cast<uint32_t>(i)};
+    items[i] = {HilbertIndex(x), static_cast<uint32_t>(i)};
   }
   RadixSort(&items);
   std::vector<uint32_t> order(points.size());
@@ -89,6 +88,11 @@ std::vector<uint32_t> OrderOf(std::span<const Eigen::Vector<Scalar, 3>> points) 
 }
 
 }  // namespace
+
+uint64_t HilbertIndex(std::array<uint32_t, 3> step) {
+  ToTransposedIndex(&step);
+  return Interleave(step);
+}
 
 std::vector<uint32_t> HilbertOrder(std::span<const Eigen::Vector3f> points) {
   return OrderOf<float>(points);

@@ -1,37 +1,17 @@
 #include "lsmvs/mesh/repair.h"
 
-#include <algorithm>
-#include <numeric>
 #include <utility>
 
+#include "lsmvs/mesh/half_edges.h"
 #include "lsmvs/util/disjoint_sets.h"
 
 namespace lsmvs {
 
 namespace {
 
-// Side k of a face, from corner k to the next.
-struct Side {
-  int low, high;
-  uint32_t corner;  // 3 * face + k
-  bool operator<(const Side& other) const {
-    if (low != other.low) return low < other.low;
-    return high != other.high ? high < other.high : corner < other.corner;
-  }
-  bool SameEdge(const Side& other) const { return low == other.low && high == other.high; }
-};
-
-std::vector<Side> SortedSides(const TriangleMesh& mesh) {
-  std::vector<Side> sides;
-  sides.reserve(3 * mesh.faces.size());
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const int a = mesh.faces[f][k], b = mesh.faces[f][(k + 1) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), static_cast<uint32_t>(3 * f + k)});
-    }
-  }
-  std::sort(sides.begin(), sides.end());
-  return sides;
+// 3 * face + corner.
+uint32_t CornerOf(const HalfEdge& side) {
+  return 3 * static_cast<uint32_t>(side.face) + static_cast<uint32_t>(side.corner);
 }
 
 uint32_t NextCorner(uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
@@ -57,11 +37,10 @@ void CopyElement(std::vector<Attribute>* attribute, int index) {
 
 std::vector<int> SplitNonManifoldVertices(TriangleMesh* mesh) {
   DisjointSets fans(3 * mesh->faces.size());
-  const std::vector<Side> sides = SortedSides(*mesh);
-  for (size_t begin = 0, end; begin < sides.size(); begin = end) {
-    for (end = begin + 1; end < sides.size() && sides[end].SameEdge(sides[begin]);) ++end;
-    if (end - begin == 2) JoinAcross(*mesh, sides[begin].corner, sides[begin + 1].corner, &fans);
-  }
+  ForEdges(SortedHalfEdges(mesh->faces, mesh->vertices.size()),
+           [&](const HalfEdge* begin, const HalfEdge* end) {
+             if (end - begin == 2) JoinAcross(*mesh, CornerOf(begin[0]), CornerOf(begin[1]), &fans);
+           });
   std::vector<int> vertex_of_fan(3 * mesh->faces.size(), -1), sources;
   std::vector<bool> taken(mesh->vertices.size(), false);
   for (uint32_t corner = 0; corner < vertex_of_fan.size(); ++corner) {
@@ -116,14 +95,12 @@ size_t FilterFaces(TriangleMesh* mesh, const std::function<bool(size_t face)>& k
 std::vector<std::vector<int>> FindBorderLoops(const TriangleMesh& mesh) {
   // In a manifold each border vertex has one successor.
   std::vector<int> next(mesh.vertices.size(), -1);
-  const std::vector<Side> sides = SortedSides(mesh);
-  for (size_t i = 0; i < sides.size(); ++i) {
-    const bool border = (i == 0 || !sides[i].SameEdge(sides[i - 1])) &&
-                        (i + 1 == sides.size() || !sides[i].SameEdge(sides[i + 1]));
-    if (!border) continue;
-    const uint32_t from = sides[i].corner, to = NextCorner(from);
-    next[mesh.faces[to / 3][to % 3]] = mesh.faces[from / 3][from % 3];
-  }
+  ForEdges(SortedHalfEdges(mesh.faces, mesh.vertices.size()),
+           [&](const HalfEdge* begin, const HalfEdge* end) {
+             if (end - begin != 1) return;
+             const Eigen::Vector3i& face = mesh.faces[static_cast<size_t>(begin->face)];
+             next[face[(begin->corner + 1) % 3]] = face[begin->corner];
+           });
   std::vector<std::vector<int>> loops;
   for (int v = 0; v < static_cast<int>(next.size()); ++v) {
     if (next[v] < 0) continue;

@@ -28,6 +28,11 @@ size_t MeshingSize::MergingBytes() const {
   return kIndices * num_points + kPerVertex * num_vertices;
 }
 
+size_t MeshingSize::SortingBytes() const {
+  constexpr size_t kPositions = 4 + 16, kCounts = 12, kPerView = 4;
+  return std::max(kPositions * num_points, kCounts * num_points + kPerView * num_view_entries);
+}
+
 size_t MeshingSize::CuttingBytes() const {
   const size_t num_cells = num_vertices * kCellsPer100Vertices / 100;
   // Position, incident cell; normal, colour, begin of the sights.

@@ -17,6 +17,9 @@ struct MeshingSize {
   // Beside the cloud, while points are merged: the order and vertex of each point, the grid of
   // vertices.
   size_t MergingBytes() const;
+  // Beside the cloud, in scratch memory only: while its points are sorted by place, before they are
+  // merged.
+  size_t SortingBytes() const;
   // Without the cloud, while rays are walked or facets collected: the cells above all.
   size_t CuttingBytes() const;
   // Growth of a process that holds the cloud.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "lsmvs/geometry/hilbert_order.h"
 #include "lsmvs/surface/points/point_grid.h"
@@ -75,6 +76,9 @@ class Merger {
         context_(context),
         point_order_(scene, cloud) {
     result_.frame = FindFrame(cloud);
+    for (size_t n = 0; n < support_of_.size(); ++n) {
+      support_of_[n] = static_cast<float>(ViewConfidence(n, options_.visibility_sigma));
+    }
   }
 
   MergedCloud Run() {
@@ -167,10 +171,19 @@ class Merger {
       PointGrid grid(kDepthStretch * upper, &seeds_);
       grid.InsertThinned(upper / 4);
       for (size_t i = level_begin[level]; i < level_begin[level + 1]; ++i) {
+        if (i + kAhead < order.size()) Prefetch(order[i + kAhead]);
         Assign(order[i], &grid);
         if (i % kBlock == 0) ReportAssigned(i, order.size());
       }
     }
+  }
+
+  // Asks for the memory of a point that is looked at soon.
+  static constexpr size_t kAhead = 8;
+  void Prefetch(uint32_t p) const {
+    __builtin_prefetch(&cloud_.positions[p]);
+    __builtin_prefetch(&cloud_.normals[p]);
+    __builtin_prefetch(&cloud_.view_begin[p]);
   }
 
   void ReportAssigned(size_t count, size_t all) const {
@@ -264,10 +277,14 @@ class Merger {
     const auto for_each_vertex = [&](const auto& body) {
       ParallelBlocks(context_, seeds_.size(), kBlock / 4, [&](size_t first, size_t last) {
         std::vector<Sight> sights;
+        SupportSums sums(scene_.views.size());
         for (size_t v = first; v < last; ++v) {
+          for (size_t i = begin[v] + kAhead; i < begin[v + 1] + kAhead && i < members.size(); ++i) {
+            Prefetch(members[i]);
+          }
           const std::span<const uint32_t> points(members.data() + begin[v],
                                                  members.data() + begin[v + 1]);
-          ListSights(points, &sights);
+          ListSights(points, &sums, &sights);
           body(v, points, sights);
         }
       });
@@ -306,28 +323,51 @@ class Merger {
     result_.colors[v] = mean.cast<uint8_t>();
   }
 
-  void ListSights(std::span<const uint32_t> points, std::vector<Sight>* sights) const {
-    sights->clear();
+  // Sums of the support that points give a vertex, by view.
+  class SupportSums {
+   public:
+    explicit SupportSums(size_t num_views) : sums_(num_views, kNone) {}
+
+    void Add(uint32_t view_idx, float support) {
+      float& sum = sums_[view_idx];
+      if (sum == kNone) {
+        views_.push_back(view_idx);
+        sum = 0;
+      }
+      sum += support;
+    }
+    // Ascending views; starts anew.
+    void Take(std::vector<Sight>* sights) {
+      sights->clear();
+      std::sort(views_.begin(), views_.end());
+      for (const uint32_t view_idx : views_) {
+        sights->push_back({view_idx, std::exchange(sums_[view_idx], kNone)});
+      }
+      views_.clear();
+    }
+
+   private:
+    static constexpr float kNone = -1;
+    std::vector<float> sums_;
+    std::vector<uint32_t> views_;
+  };
+
+  void ListSights(std::span<const uint32_t> points, SupportSums* sums,
+                  std::vector<Sight>* sights) const {
     for (const uint32_t p : points) {
       const auto views = cloud_.ViewsOf(p);
-      const auto support =
-          static_cast<float>(ViewConfidence(views.size(), options_.visibility_sigma));
+      const float support = SupportOf(views.size());
+      const Eigen::Vector3d x = cloud_.positions[p].cast<double>();
       for (const uint32_t view_idx : views) {
-        const Eigen::Vector3d x = cloud_.positions[p].cast<double>();
-        if (scene_.views[view_idx].Depth(x) > 0) sights->push_back({view_idx, support});
+        if (scene_.views[view_idx].Depth(x) > 0) sums->Add(view_idx, support);
       }
     }
-    std::stable_sort(sights->begin(), sights->end(),
-                     [](const Sight& a, const Sight& b) { return a.view_idx < b.view_idx; });
-    size_t count = 0;
-    for (const Sight& sight : *sights) {
-      if (count > 0 && (*sights)[count - 1].view_idx == sight.view_idx) {
-        (*sights)[count - 1].support += sight.support;
-      } else {
-        (*sights)[count++] = sight;
-      }
-    }
-    sights->resize(count);
+    sums->Take(sights);
+  }
+
+  float SupportOf(size_t num_views) const {
+    if (num_views < support_of_.size()) return support_of_[num_views];
+    return static_cast<float>(ViewConfidence(num_views, options_.visibility_sigma));
   }
 
   const Scene& scene_;
@@ -335,6 +375,7 @@ class Merger {
   const PointMergingOptions options_;
   const RunContext& context_;
   const PointOrder point_order_;
+  std::array<float, 64> support_of_;  // by number of views
   MergedCloud result_;
   std::vector<float>
       across_;  // until all are put in order: Reach::across of each point; < 0: it is ignored

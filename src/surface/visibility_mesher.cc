@@ -12,6 +12,7 @@
 #include "lsmvs/surface/extraction/surface_cleaning.h"
 #include "lsmvs/surface/memory_model.h"
 #include "lsmvs/surface/point_merging.h"
+#include "lsmvs/surface/points/point_sorting.h"
 #include "lsmvs/surface/surface_extraction.h"
 #include "lsmvs/surface/tetrahedralization.h"
 #include "lsmvs/surface/visibility_weights.h"
@@ -119,8 +120,21 @@ class Mesher {
     result_.counters.num_points = size_.num_points = cloud.size();
     size_.num_view_entries = cloud.view_idxs.size();
     CheckBudget(size_.MergingBytes());
+    // In scratch memory points that merge must lie together; in memory that gains nothing.
+    std::vector<uint32_t> places;
+    if (ScratchMemory::IsOn()) places = SortByPlace(&cloud);
+    if (!options_.find_free_points) std::vector<uint32_t>().swap(places);
     merged_ = MergePoints(scene_, cloud, Merging(), context);
+    if (!places.empty()) PutBack(places, &merged_.vertex_of_point);
     result_.counters.num_ignored_points = merged_.num_ignored_points;
+  }
+
+  // From the order of the sorted cloud to that of the file.
+  static void PutBack(const std::vector<uint32_t>& places, std::vector<uint32_t>* vertices) {
+    std::vector<uint32_t> in_file_order;
+    in_file_order.reserve(places.size());
+    for (const uint32_t place : places) in_file_order.push_back((*vertices)[place]);
+    vertices->swap(in_file_order);
   }
 
   void Filter() {

@@ -104,7 +104,8 @@ struct VisibilityMesherResult {
 // Nothing to mesh is a status, not an error. Memory: see MeshingSize, about 0.6 kB per vertex of
 // the tetrahedralisation; time about O(n log n), see EstimateVisibilityMesherCost.
 //
-// With a ScratchMemory the same work is done in parts, with the same bytes.
+// With a ScratchMemory the same work is done in parts, with the same bytes: points are sorted by
+// their places first, so that the order of the cloud does not matter.
 VisibilityMesherResult MeshVisibilityCloud(const Scene& scene, VisibilityCloud cloud,
                                            const VisibilityMesherOptions& options,
                                            const RunContext& context);

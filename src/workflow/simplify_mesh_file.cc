@@ -17,7 +17,7 @@ namespace lsmvs {
 
 namespace {
 
-constexpr MeshMemoryModel kMemory = {.all = 310, .in_memory = 0};
+constexpr MeshMemoryModel kMemory = {.all = 310, .in_memory = 0, .in_any_order = true};
 
 constexpr double kDefaultErrorPx = 0.25;
 // Rounding of a coordinate to single precision, relative.

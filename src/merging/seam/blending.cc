@@ -12,8 +12,10 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kNumRimSteps = 12, kNumFieldSteps = 4;
-// Widths of the bands in which a vertex follows its own match, and the smooth offset of the rim.
-constexpr double kOwnWidth = 3, kSmoothWidth = 4, kOffsetWidth = 3;
+// Widths of the bands in which a vertex follows its own match, and the smooth offset of the rim, in
+// edge lengths; and of the latter in units of the way that the rim moves, which is the inverse of
+// its slope. Narrower bands move less of the mesh that is right, but steeper ones have more area.
+constexpr double kOwnWidth = 2, kSmoothWidth = 3, kInverseSlope = 4;
 
 size_t Index(int32_t i) { return static_cast<size_t>(i); }
 
@@ -94,7 +96,7 @@ std::vector<Eigen::Vector3d> BlendTowardsMatches(const OverlapSide& side,
     const size_t rim = Index(nearest[v]);
     smooth[v] = share * rim_offsets[rim];
     width[v] = std::min(max_width, std::max(kSmoothWidth * side.surface->frames.edge_length[rim],
-                                            kOffsetWidth * rim_offsets[rim].norm()));
+                                            kInverseSlope * smooth[v].norm()));
   }
   // Where the nearest rim changes from one vertex to the next.
   for (int step = 0; step < kNumFieldSteps; ++step) {

@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "lsmvs/merging/seam/seam_labels.h"
+#include "lsmvs/merging/seam/overlap_side.h"
 
 namespace lsmvs {
 

@@ -6,6 +6,8 @@
 
 #include "lsmvs/merging/seam/blending.h"
 #include "lsmvs/merging/seam/grading.h"
+#include "lsmvs/merging/seam/overlap_side.h"
+#include "lsmvs/merging/seam/rim_smoothing.h"
 #include "lsmvs/merging/seam/seam_labels.h"
 #include "lsmvs/merging/zip/refilling.h"
 #include "lsmvs/merging/zip/untangling.h"

@@ -7,6 +7,7 @@
 
 #include "lsmvs/merging/overlap/mesh_band.h"
 #include "lsmvs/merging/zip/polygon_filling.h"
+#include "lsmvs/mesh/by_vertex.h"
 #include "lsmvs/mesh/self_intersections.h"
 #include "lsmvs/util/disjoint_sets.h"
 
@@ -76,29 +77,17 @@ class Refiller {
     return pairs;
   }
 
-  void FindFacesAtVertices() {
-    begin_.assign(mesh_.vertices.size() + 1, 0);
-    ForCorners([&](size_t v, size_t) { ++begin_[v + 1]; });
-    for (size_t v = 1; v < begin_.size(); ++v) begin_[v] += begin_[v - 1];
-    faces_at_.resize(begin_.back());
-    std::vector<uint32_t> next(begin_.begin(), begin_.end() - 1);
-    ForCorners([&](size_t v, size_t f) { faces_at_[next[v]++] = static_cast<int32_t>(f); });
-  }
-  template <class Visit>
-  void ForCorners(const Visit& visit) const {
-    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
-      if (is_dropped_[f]) continue;
-      for (const int v : mesh_.faces[f]) visit(Index(v), f);
-    }
-  }
+  // Of those that were not dropped.
   template <class Visit>
   void ForFacesAt(int32_t v, const Visit& visit) const {
-    for (uint32_t k = begin_[Index(v)]; k < begin_[Index(v) + 1]; ++k) visit(faces_at_[k]);
+    for (const uint32_t corner : corners_of_.Of(Index(v))) {
+      if (!is_dropped_[corner / 3]) visit(static_cast<int32_t>(corner / 3));
+    }
   }
 
   // Whether anything has changed.
   bool Refill(const Pairs& crossings, int num_rings) {
-    FindFacesAtVertices();
+    corners_of_ = CornersByVertex(mesh_.vertices.size(), mesh_.faces);
     std::vector<Patch> patches = MakePatches(crossings, num_rings);
     std::erase_if(patches, [&](Patch& patch) { return !FillPatch(&patch); });
     std::vector<size_t> patch_of;  // of new faces
@@ -246,8 +235,7 @@ class Refiller {
   const std::vector<uint8_t>& is_free_;
   std::vector<uint8_t> is_active_, is_dropped_;  // #F with the new ones
   const RunContext& context_;
-  std::vector<uint32_t> begin_;
-  std::vector<int32_t> faces_at_;
+  ByVertex corners_of_;  // with those of dropped faces
 };
 
 }  // namespace

@@ -94,8 +94,36 @@ void GrowByRing(const TriangleMesh& mesh, std::vector<uint8_t>* vertices) {
   }
 }
 
-// Moves the vertices towards the mean of their neighbours. False if none may.
-bool SmoothVertices(const std::vector<uint8_t>& vertices, Tangle* tangle) {
+// Before and behind each vertex (#V) along the border; -1: it is not on the border.
+struct BorderNeighbors {
+  explicit BorderNeighbors(const TriangleMesh& mesh)
+      : before(mesh.vertices.size(), -1), behind(mesh.vertices.size(), -1) {
+    const FaceNeighbors neighbors = FindFaceNeighbors(mesh.faces, mesh.vertices.size());
+    for (size_t f = 0; f < mesh.faces.size(); ++f) {
+      for (int k = 0; k < 3; ++k) {
+        if (neighbors[f][Index(k)] >= 0) continue;
+        const int a = mesh.faces[f][k], b = mesh.faces[f][(k + 1) % 3];
+        behind[Index(a)] = b;
+        before[Index(b)] = a;
+      }
+    }
+  }
+
+  // Of a step, what leaves the border where it is: the part along it.
+  Eigen::Vector3d Along(const TriangleMesh& mesh, size_t v, const Eigen::Vector3d& step) const {
+    if (before[v] < 0 || behind[v] < 0) return step;
+    const Eigen::Vector3d along =
+        (mesh.vertices[Index(behind[v])] - mesh.vertices[Index(before[v])]).normalized();
+    return along.dot(step) * along;
+  }
+
+  std::vector<int32_t> before, behind;
+};
+
+// Moves the vertices towards the mean of their neighbours, those on the border along it. False if
+// none may.
+bool SmoothVertices(const std::vector<uint8_t>& vertices, const BorderNeighbors& border,
+                    Tangle* tangle) {
   TriangleMesh& mesh = tangle->mesh;
   std::vector<Eigen::Vector3d> sums(vertices.size(), Eigen::Vector3d::Zero());
   std::vector<int> counts(vertices.size(), 0);
@@ -111,7 +139,7 @@ bool SmoothVertices(const std::vector<uint8_t>& vertices, Tangle* tangle) {
   for (size_t v = 0; v < sums.size(); ++v) {
     if (!vertices[v] || !tangle->may_move[v] || counts[v] == 0) continue;
     Eigen::Vector3d& x = mesh.vertices[v];
-    const Eigen::Vector3d step = kStep * (sums[v] / counts[v] - x);
+    const Eigen::Vector3d step = kStep * border.Along(mesh, v, sums[v] / counts[v] - x);
     if (step.norm() == 0) continue;
     x = RoundToFile(x + step, kMaxRoundingPart * step.norm());
     tangle->has_moved[v] = 1;
@@ -121,6 +149,7 @@ bool SmoothVertices(const std::vector<uint8_t>& vertices, Tangle* tangle) {
 }
 
 void SmoothFaults(const RunContext& context, Tangle* tangle) {
+  const BorderNeighbors border(tangle->mesh);
   for (int step = 0; step < kMaxSteps; ++step) {
     const Faults faults = FindFaults(tangle->mesh, tangle->is_new,
                                      Either(tangle->has_moved, tangle->may_move), context);
@@ -128,7 +157,7 @@ void SmoothFaults(const RunContext& context, Tangle* tangle) {
     std::vector<uint8_t> vertices = VerticesOf(tangle->mesh, faults.faces);
     // More and more around what does not come right.
     for (int ring = 0; ring < step / kStepsOfOneRing; ++ring) GrowByRing(tangle->mesh, &vertices);
-    if (!SmoothVertices(vertices, tangle)) return;
+    if (!SmoothVertices(vertices, border, tangle)) return;
   }
 }
 

@@ -52,29 +52,18 @@ void DeviationBound::LinkNeighbors(const std::vector<Eigen::Vector3i>& faces) {
   const size_t num_vertices = vertices_.size();
   const std::vector<HalfEdge> sides = SortedHalfEdges(faces, num_vertices);
   neighbors_begin_.assign(num_vertices + 1, 0);
-  faces_begin_.assign(num_vertices + 1, 0);
   ForEdges(sides, [&](const HalfEdge* side, const HalfEdge*) {
     ++neighbors_begin_[static_cast<size_t>(side->low) + 1];
     ++neighbors_begin_[static_cast<size_t>(side->high) + 1];
   });
-  for (const Eigen::Vector3i& face : faces) {
-    for (const int v : face) ++faces_begin_[static_cast<size_t>(v) + 1];
-  }
-  for (size_t v = 0; v < num_vertices; ++v) {
-    neighbors_begin_[v + 1] += neighbors_begin_[v];
-    faces_begin_[v + 1] += faces_begin_[v];
-  }
+  for (size_t v = 0; v < num_vertices; ++v) neighbors_begin_[v + 1] += neighbors_begin_[v];
   neighbors_.resize(neighbors_begin_[num_vertices]);
-  faces_at_.resize(faces_begin_[num_vertices]);
   std::vector<uint32_t> place(neighbors_begin_.begin(), neighbors_begin_.end() - 1);
   ForEdges(sides, [&](const HalfEdge* side, const HalfEdge*) {
     neighbors_[place[static_cast<size_t>(side->low)]++] = side->high;
     neighbors_[place[static_cast<size_t>(side->high)]++] = side->low;
   });
-  place.assign(faces_begin_.begin(), faces_begin_.end() - 1);
-  for (size_t f = 0; f < faces.size(); ++f) {
-    for (const int v : faces[f]) faces_at_[place[static_cast<size_t>(v)]++] = static_cast<int>(f);
-  }
+  corners_of_ = CornersByVertex(num_vertices, faces);
 }
 
 void DeviationBound::LinkBorders(const std::vector<Eigen::Vector3i>& faces) {
@@ -422,10 +411,9 @@ bool DeviationBound::IsNearInput(const Collapse& collapse, const Collapse::NewFa
 
 bool DeviationBound::IsNearFacesAt(int32_t v, const Eigen::Vector3d& x,
                                    double squared_tolerance) const {
-  const auto begin = faces_at_.begin() + faces_begin_[static_cast<size_t>(v)],
-             end = faces_at_.begin() + faces_begin_[static_cast<size_t>(v) + 1];
-  return std::any_of(begin, end, [&](int32_t f) {
-    const Triangle3 triangle = TriangleOf(vertices_, input_faces_[static_cast<size_t>(f)]);
+  const auto corners = corners_of_.Of(static_cast<size_t>(v));
+  return std::any_of(corners.begin(), corners.end(), [&](uint32_t corner) {
+    const Triangle3 triangle = TriangleOf(vertices_, input_faces_[corner / 3]);
     return (ClosestOnTriangle(x, triangle) - x).squaredNorm() <= squared_tolerance;
   });
 }

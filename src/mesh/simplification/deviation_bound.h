@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "lsmvs/geometry/distances.h"
+#include "lsmvs/mesh/by_vertex.h"
 #include "lsmvs/mesh/simplification/vertex_stars.h"
 #include "lsmvs/mesh/triangle_mesh.h"
 
@@ -126,8 +127,7 @@ class DeviationBound {
   const VertexStars& stars_;
   std::vector<uint32_t> neighbors_begin_;  // #V + 1
   std::vector<int32_t> neighbors_;         // of the input
-  std::vector<uint32_t> faces_begin_;      // #V + 1
-  std::vector<int32_t> faces_at_;          // of the input
+  ByVertex corners_of_;                    // of the input
   std::vector<int32_t> face_of_;           // #V: kInPlace, or the present face it lies by
   std::vector<int32_t> first_by_;          // #F: head of the list of vertices by a face
   std::vector<int32_t> next_by_;           // #V

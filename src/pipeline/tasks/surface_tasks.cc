@@ -174,7 +174,10 @@ MeshingSize GuessSize(const Reconstruction& reconstruction, size_t num_points,
 void SetSurfaceCost(const Reconstruction& reconstruction, const MeshingSize& size, Task* task) {
   task->cost = EstimateVisibilityMesherCost(size);
   task->least_bytes = LeastBytes(task->cost.peak_bytes);
-  task->checkpoint_bytes = size.CheckpointBytes();
+  // Where there are many points to a vertex, sorting them takes more than what is kept later.
+  const size_t sorting = size.CloudBytes() + size.SortingBytes();
+  task->checkpoint_bytes =
+      std::max(size.CheckpointBytes(), sorting - std::min(sorting, task->cost.peak_bytes));
   task->output_bytes = ExpectedSurfaceBytes(reconstruction, size.num_vertices);
 }
 

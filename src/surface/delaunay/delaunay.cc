@@ -222,7 +222,10 @@ class DelaunayBuilder {
         int32_t& mark = cells_[next].distance;
         if (mark < mark_) {
           mark = mark_ + (InConflict(cells_[next], p) ? 0 : 1);
-          if (mark == mark_) conflicts_.push_back(next);
+          if (mark == mark_) {
+            conflicts_.push_back(next);
+            for (const int32_t n : cells_[next].neighbor) __builtin_prefetch(&cells_[n]);
+          }
         }
         if (mark != mark_) boundary_.push_back({c, i});
       }

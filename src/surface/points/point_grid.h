@@ -42,8 +42,9 @@ class PointGrid {
     const auto bits = [](int32_t value) { return static_cast<uint64_t>(value & 0x1FFFFF); };
     return bits(x) | bits(y) << 21 | bits(z) << 42;
   }
+  uint64_t FirstSlot(uint64_t key) const { return (key * 0x9E3779B97F4A7C15ull) >> shift_; }
   size_t Slot(uint64_t key) const {
-    uint64_t slot = (key * 0x9E3779B97F4A7C15ull) >> shift_;
+    uint64_t slot = FirstSlot(key);
     while (table_[slot].first != kNone && table_[slot].key != key)
       slot = (slot + 1) & (table_.size() - 1);
     return slot;
@@ -63,14 +64,19 @@ void PointGrid::ForEachNear(const Eigen::Vector3f& x, float radius, const Visit&
   const Eigen::Vector3f r = Eigen::Vector3f::Constant(radius);
   const auto low = CellOf(x - r), high = CellOf(x + r);
   const auto count = [&](int k) { return ((high[k] - low[k]) & 0x1FFFFF) + 1; };
-  for (int i = 0; i < count(0); ++i) {
-    for (int j = 0; j < count(1); ++j) {
-      for (int k = 0; k < count(2); ++k) {
-        const Entry& entry = table_[Slot(Key(low[0] + i, low[1] + j, low[2] + k))];
-        for (uint32_t index = entry.first; index != kNone; index = next_[index]) visit(index);
+  const auto for_each_cell = [&](const auto& look) {
+    for (int i = 0; i < count(0); ++i) {
+      for (int j = 0; j < count(1); ++j) {
+        for (int k = 0; k < count(2); ++k) look(Key(low[0] + i, low[1] + j, low[2] + k));
       }
     }
-  }
+  };
+  // The memory of all cells is asked for first.
+  for_each_cell([&](uint64_t key) { __builtin_prefetch(&table_[FirstSlot(key)]); });
+  for_each_cell([&](uint64_t key) {
+    const Entry& entry = table_[Slot(key)];
+    for (uint32_t index = entry.first; index != kNone; index = next_[index]) visit(index);
+  });
 }
 
 }  // namespace lsmvs

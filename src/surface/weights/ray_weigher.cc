@@ -87,7 +87,13 @@ class RayWeigher {
 
   void WeighView(std::span<const PointSight> sights) {
     center_ = weights_.centers[sights.front().view_idx];
-    for (const PointSight& sight : sights) StartRays(sight);
+    constexpr size_t kAhead = 6;
+    for (size_t i = 0; i < sights.size(); ++i) {
+      if (i + kAhead < sights.size()) {
+        walker_.Prefetch(static_cast<int32_t>(sights[i + kAhead].point));
+      }
+      StartRays(sights[i]);
+    }
     while (num_lanes_ > 0) StepLanes();
     paths_.Carry(
         [&](int32_t cell, int facet, int32_t weight) {
@@ -163,8 +169,8 @@ class RayWeigher {
       int32_t weight = lane->full;
       if (d < ray.near) {
         const float share = near_weight_(d * d * lane->inverse_squared_sigma);
-        weight = std::max(lane->last,
-                          static_cast<int32_t>(share * static_cast<float>(lane->full) + 0.5f));
+        const float rounded = share * static_cast<float>(lane->full) + 0.5f;
+        weight = std::max(lane->last, static_cast<int32_t>(rounded));
         AddSaturated<kShared>(&left.capacity[ray.exit], weight);
       } else {
         far_cell = cell;

@@ -4,7 +4,7 @@
 #include <queue>
 #include <tuple>
 
-#include "lsmvs/texturing/levelling/by_vertex.h"
+#include "lsmvs/mesh/by_vertex.h"
 
 namespace lsmvs {
 
@@ -39,8 +39,7 @@ class FadeFinder {
         width_px_(static_cast<float>(width_px)),
         nodes_of_(energy.mesh().vertices.size(), nodes.size(),
                   [&](size_t n) { return static_cast<size_t>(nodes.vertex[n]); }),
-        corners_of_(energy.mesh().vertices.size(), 3 * energy.mesh().faces.size(),
-                    [&](size_t c) { return VertexOf(c); }),
+        corners_of_(CornersByVertex(energy.mesh().vertices.size(), energy.mesh().faces)),
         shares_(energy.mesh().vertices.size()) {}
 
   SeamFades Run() {

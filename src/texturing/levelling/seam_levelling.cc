@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "lsmvs/texturing/levelling/by_vertex.h"
+#include "lsmvs/mesh/by_vertex.h"
 #include "lsmvs/texturing/levelling/conjugate_gradients.h"
 
 namespace lsmvs {

@@ -68,7 +68,11 @@ MeshMemory::MeshMemory(const std::string& command, const std::vector<fs::path>& 
                     "room, or name another folder by --scratch_path",
                     scratch_folder.string(), FormatBytes(needed), FormatBytes(disk->free_bytes)));
   }
-  LOG(WARNING) << needs << "; works with a scratch file in " << scratch_folder.string();
+  LOG(WARNING) << needs << "; works with a scratch file in " << scratch_folder.string()
+               << (model.in_any_order
+                       ? ", many times slower: it goes through the mesh in any order; "
+                         "allow more with --max_memory if you can"
+                       : "");
   scratch_.emplace(ScratchMemoryOptions{scratch_folder, allowed});
 }
 

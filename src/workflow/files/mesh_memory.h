@@ -17,6 +17,9 @@ namespace lsmvs {
 struct MeshMemoryModel {
   double all = 0, in_memory = 0;
   size_t fixed = 48 << 20;
+  // Whether the command goes through the mesh in any order, which a scratch file makes many times
+  // slower.
+  bool in_any_order = false;
 };
 
 // Memory of a command that works on whole meshes, for its life. Where they need more than may be

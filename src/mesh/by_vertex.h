@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -10,6 +11,7 @@ namespace lsmvs {
 // Items, each of which belongs to a vertex, by vertex. 4 bytes per vertex and an item.
 class ByVertex {
  public:
+  ByVertex() = default;
   // `vertex_of(item)`: the vertex of each of the items 0 .. num_items - 1.
   template <class VertexOf>
   ByVertex(size_t num_vertices, size_t num_items, const VertexOf& vertex_of)
@@ -28,5 +30,11 @@ class ByVertex {
  private:
   std::vector<uint32_t> begin_, items_;
 };
+
+// The corners of faces, as 3 * face + corner, by the vertex that lies there.
+inline ByVertex CornersByVertex(size_t num_vertices, std::span<const Eigen::Vector3i> faces) {
+  return ByVertex(num_vertices, 3 * faces.size(),
+                  [&](size_t c) { return static_cast<size_t>(faces[c / 3][c % 3]); });
+}
 
 }  // namespace lsmvs
