@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <set>
 
 #include "lsmvs/cli/common_options.h"
 #include "lsmvs/cli/help_text.h"
@@ -16,6 +17,7 @@
 #include "lsmvs/colmap_adapter/workspace_files.h"
 #include "lsmvs/execution/run_store.h"
 #include "lsmvs/execution/run_tasks.h"
+#include "lsmvs/pipeline/job_scene.h"
 #include "lsmvs/scene/contrast_check.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/memory.h"
@@ -50,11 +52,18 @@ class ConsoleObserver : public RunObserver {
   ProgressDisplay* display_;
 };
 
-// What the process takes beside the stages.
-size_t ProcessBytes() {
-  // Pages of the program and its libraries that only the stages touch.
-  constexpr size_t kCodeBytes = size_t{12} << 20;
-  return ResidentBytes() + kCodeBytes;
+// Pages of the program and its libraries that only the stages touch.
+constexpr size_t kCodeBytes = size_t{12} << 20;
+
+// What this process takes beside the stages, and jobs that have all of the scene or, for depth
+// maps, what JobScene holds.
+ProcessBytes FindProcessBytes(const Reconstruction& reconstruction, const CommandContext& context) {
+  constexpr size_t kBytesOfView = 8192;  // with its tasks: measured on 10,000 photos
+  const size_t views = kBytesOfView * reconstruction.scene.views.size();
+  ProcessBytes bytes;
+  bytes.alone = ResidentBytes() + kCodeBytes;
+  bytes.shared = std::min(bytes.alone, context.process_bytes + kCodeBytes + views);
+  return bytes;
 }
 
 // For the process as a whole.
@@ -133,6 +142,31 @@ PlanOptions MakePlanOptions(const DenseWorkspace& workspace, const StageOptions&
   return options;
 }
 
+bool RunsStereo(const RunPlan& plan) {
+  return std::any_of(plan.stages.begin(), plan.stages.end(), [](const PlannedStage& stage) {
+    return stage.num_run > 0 && stage.name == kStereoStage;
+  });
+}
+
+// Of a job for depth maps; nothing for others.
+ReconstructionPtr OpenForJob(const DenseWorkspace& workspace, const StageOptions& stage,
+                             const ReconstructionOptions& options, const CommandContext& context) {
+  const std::filesystem::path& root = context.job->root;
+  const JobOrder order = ReadJobOrder(JobsFolder(root) / context.job->number.batch);
+  if (context.job->number.slice >= order.slices.size()) return nullptr;
+  std::vector<std::string> names;
+  for (const OrderedTask& task : order.slices[context.job->number.slice]) {
+    names.push_back(task.name);
+  }
+  const std::set<std::string> views = ViewsOfStereoTasks(names);
+  const std::filesystem::path scene = JobScenePath(root);
+  if (views.empty() || !std::filesystem::exists(scene)) return nullptr;
+  return ReadJobScene(
+      scene, views,
+      MakeColmapWorkspaceFiles(workspace, stage.Database(workspace), stage.sources_path), options,
+      context.run);
+}
+
 bool Matches(const RunPlan& plan) {
   return std::any_of(plan.stages.begin(), plan.stages.end(), [](const PlannedStage& stage) {
     return stage.num_run > 0 && (stage.name == kStereoStage || stage.name == kQuasiDenseStage);
@@ -145,14 +179,17 @@ ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const Stag
                                      const ReconstructionOptions& options,
                                      const CommandContext& own_context, PhotoUse photos) {
   const CommandContext context = FindResources(stage.engine, own_context).context;
+  ReconstructionOptions seeded = options;
+  seeded.seed = context.run.seed;
+  if (context.job && photos == PhotoUse::kPixels) {
+    if (ReconstructionPtr part = OpenForJob(workspace, stage, seeded, context)) return part;
+  }
   LoadSceneOptions load;
   load.mask_folder = stage.mask_path;
   load.alpha_is_mask = stage.alpha_is_mask;
   load.skip_missing_images = stage.skip_missing_images;
   load.check_images = photos == PhotoUse::kPixels;
   load.ignore_distortion = photos == PhotoUse::kNoCamera;
-  ReconstructionOptions seeded = options;
-  seeded.seed = context.run.seed;
   ReconstructionPtr reconstruction = MakeReconstruction(
       LoadScene(workspace, load),
       MakeColmapWorkspaceFiles(workspace, stage.Database(workspace), stage.sources_path), seeded,
@@ -190,9 +227,10 @@ void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstru
   const RunResources resources = FindResources(stage.engine, own_context);
   const CommandContext& context = resources.context;
   RunStore store(workspace.folder, VersionLine());
-  const size_t process_bytes = ProcessBytes();
+  const ProcessBytes of_processes = FindProcessBytes(reconstruction, own_context);
+  const size_t process_bytes = of_processes.alone;
   const std::unique_ptr<Engine> engine =
-      MakeEngine(workspace.folder, stage.engine, resources, process_bytes);
+      MakeEngine(workspace.folder, stage.engine, resources, of_processes);
   const PlanOptions options = MakePlanOptions(workspace, stage, process_bytes, context);
   RunPlan plan = PlanRun(tasks, options, &store);
   if (MeasureCosts(plan, &tasks)) plan = PlanRun(tasks, options, &store);
@@ -206,6 +244,9 @@ void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstru
     CheckScratchFits(header, plan, disk);
   }
   if (Matches(plan)) CheckContrast(reconstruction.scene, *reconstruction.images, context.run);
+  if (!header.divisions.empty() && RunsStereo(plan)) {
+    WriteJobScene(JobScenePath(workspace.folder), reconstruction);
+  }
   ConsoleObserver observer(plan, header, context.display);
   RunTasks(tasks, plan, &store, &observer, context.run, engine.get());
   Print("results\n" + ResultText(tasks, plan));
