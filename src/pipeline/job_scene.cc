@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "lsmvs/execution/job_order.h"
+#include "lsmvs/scene/points_by_view.h"
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/valid_options.h"
@@ -41,17 +42,6 @@ struct SeedList {
   // False: the view sees too few points, and these are the ones in its image.
   bool sees_them = true;
 };
-
-std::vector<std::vector<uint32_t>> PointsOfViews(const Scene& scene, int first, int count) {
-  std::vector<std::vector<uint32_t>> lists(static_cast<size_t>(count));
-  for (size_t p = 0; p < scene.points.size(); ++p) {
-    for (const int v : scene.points[p].view_idxs) {
-      if (v < first || v >= first + count) continue;
-      lists[static_cast<size_t>(v - first)].push_back(static_cast<uint32_t>(p));
-    }
-  }
-  return lists;
-}
 
 class SceneWriter {
  public:
@@ -95,21 +85,17 @@ class SceneWriter {
     Put(text.data(), text.size());
   }
 
-  // Some views at a time, so that memory does not go with all observations.
   void WriteLists() {
-    constexpr int kViewsAtOnce = 1024;
+    const PointsByView points(scene_);
     uint64_t num_entries = 0;
-    for (int first = 0; first < scene_.num_views(); first += kViewsAtOnce) {
-      const int count = std::min(kViewsAtOnce, scene_.num_views() - first);
-      auto lists = PointsOfViews(scene_, first, count);
-      for (size_t v = 0; v < lists.size(); ++v) {
-        SeedList list{num_entries, 0, lists[v].size() >= kMinPointsOfView};
-        if (!list.sees_them) lists[v] = PointsInImage(scene_, first + static_cast<int>(v));
-        Put(lists[v].data(), lists[v].size() * sizeof(uint32_t));
-        num_entries += lists[v].size();
-        list.end = num_entries;
-        lists_.push_back(list);
-      }
+    for (int v = 0; v < scene_.num_views(); ++v) {
+      const bool sees_them = points.Of(v).size() >= kMinPointsOfView;
+      const std::vector<uint32_t> in_image =
+          sees_them ? std::vector<uint32_t>() : PointsInImage(scene_, v);
+      const std::span<const uint32_t> list = sees_them ? points.Of(v) : in_image;
+      Put(list.data(), list.size_bytes());
+      lists_.push_back({num_entries, num_entries + list.size(), sees_them});
+      num_entries += list.size();
     }
   }
 
