@@ -278,7 +278,7 @@ ReconstructionPtr ReadJobScene(const fs::path& path, const std::set<std::string>
   reconstruction->memory_budget_bytes = context.memory_budget_bytes;
   reconstruction->num_threads = context.num_threads();
   reconstruction->images =
-      std::make_unique<ImageStore>(reader.TakeSources(), PhotoOptions(options, context));
+      std::make_unique<ImageStore>(reader.TakeSources(), ImageOptionsOf(options, context));
   return reconstruction;
 }
 

@@ -23,7 +23,7 @@ std::shared_ptr<const Reconstruction> MakeReconstruction(
   reconstruction->options = options;
   reconstruction->memory_budget_bytes = context.memory_budget_bytes;
   reconstruction->num_threads = context.num_threads();
-  reconstruction->images = MakeImageStore(reconstruction->scene, PhotoOptions(options, context));
+  reconstruction->images = MakeImageStore(reconstruction->scene, ImageOptionsOf(options, context));
   reconstruction->neighbors =
       SelectNeighbors(reconstruction->scene, options.view_selection, context);
   const std::vector<SourceRule> rules =
@@ -35,7 +35,7 @@ std::shared_ptr<const Reconstruction> MakeReconstruction(
   return reconstruction;
 }
 
-ImageStoreOptions PhotoOptions(const ReconstructionOptions& options, const RunContext& context) {
+ImageStoreOptions ImageOptionsOf(const ReconstructionOptions& options, const RunContext& context) {
   ImageStoreOptions photos;
   photos.max_image_size = options.max_image_size;
   photos.budget_bytes = context.memory_budget_bytes / kImageBudgetDivisor;

@@ -37,7 +37,7 @@ std::shared_ptr<const Reconstruction> MakeReconstruction(
     const RunContext& context);
 
 // How its photos are held.
-ImageStoreOptions PhotoOptions(const ReconstructionOptions& options, const RunContext& context);
+ImageStoreOptions ImageOptionsOf(const ReconstructionOptions& options, const RunContext& context);
 
 using ReconstructionPtr = std::shared_ptr<const Reconstruction>;
 
