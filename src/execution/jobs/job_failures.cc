@@ -36,6 +36,18 @@ std::string Describe(const JobStatus& status) {
   }
 }
 
+// Where a job system ends a job for want of memory without saying so by its state, the last lines
+// of the log tell: of Slurm's daemon, of PBS, or of the program.
+bool LogTellsOfMemory(const std::filesystem::path& log_path) {
+  std::ifstream log(log_path);
+  const std::string lines = LastLines(log);
+  for (const char* text :
+       {"memory limit", "oom-kill", "oom_kill", "mem exceeded", "out of memory", "out-of-memory"}) {
+    if (lines.find(text) != std::string::npos) return true;
+  }
+  return false;
+}
+
 // The kernel ends the process that takes too much.
 bool MayBeMemory(const JobStatus& status) {
   return status.state == JobState::kOutOfMemory ||
@@ -43,9 +55,15 @@ bool MayBeMemory(const JobStatus& status) {
           status.reason.find("RaisedSignal:9") != std::string::npos);
 }
 
-std::string Raised(const JobStatus& status) {
+std::string Raised(const JobStatus& status, const EngineOptions& options) {
   if (MayBeMemory(status)) return ", with more memory";
-  return status.state == JobState::kOutOfTime ? ", with more time" : "";
+  const bool may_raise = options.kind != EngineKind::kSlurm || options.time.empty();
+  return status.state == JobState::kOutOfTime && may_raise ? ", with more time" : "";
+}
+
+std::string Advice(const JobStatus& status, const EngineOptions& options) {
+  const bool is_given = options.kind == EngineKind::kSlurm && !options.time.empty();
+  return status.state == JobState::kOutOfTime && is_given ? "; give a longer --Slurm.time" : "";
 }
 
 }  // namespace
@@ -78,6 +96,10 @@ void JobFailures::OnJob(LiveBatch* batch, size_t slice_idx) {
   jobs_.failed_batches.insert(batch->folder.string());
   const std::string job =
       fmt::format("job {}_{} of {}", batch->handle, slice_idx, jobs_.system.name());
+  if ((slice.status.state == JobState::kFailed || slice.status.state == JobState::kCancelled) &&
+      LogTellsOfMemory(LogPath(batch->folder, slice_idx))) {
+    slice.status.state = JobState::kOutOfMemory;
+  }
   if (slice.status.state == JobState::kCancelled) {
     throw Error(ExitCode::kCancelled,
                 fmt::format("{} was cancelled by somebody else{}; finished work is kept: ask why, "
@@ -97,7 +119,7 @@ void JobFailures::OnJob(LiveBatch* batch, size_t slice_idx) {
   }
   jobs_.Note(fmt::format("{} {}; {} of its {} tasks are submitted again{}", job,
                          Describe(slice.status), num_left, slice.task_idxs.size(),
-                         Raised(slice.status)));
+                         Raised(slice.status, jobs_.options)));
 }
 
 // The task at which the job ended.
@@ -112,9 +134,10 @@ void JobFailures::Blame(size_t task_idx, const LiveBatch& batch, size_t slice_id
   std::ifstream log(log_path);
   const std::string lines = LastLines(log);
   throw Error(ExitCode::kExternalTool,
-              fmt::format("{}: failed {} times, the last time because {} {}{}; see {}",
+              fmt::format("{}: failed {} times, the last time because {} {}{}; see {}{}",
                           jobs_.work.tasks()[task_idx].name, count, job, Describe(slice.status),
-                          lines.empty() ? "" : ": " + lines, log_path.string()));
+                          lines.empty() ? "" : ": " + lines, log_path.string(),
+                          Advice(slice.status, jobs_.options)));
 }
 
 void JobFailures::RaiseMemory(size_t task_idx) { jobs_.history[task_idx].memory_factor *= kRaise; }
