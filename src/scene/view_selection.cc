@@ -31,6 +31,9 @@ constexpr double kMaxSightAngleDeg = 60.0;
 // Places that overlap is judged by, at most; part of them that two views must have in common.
 constexpr size_t kMaxOverlapPlaces = 1000;
 constexpr double kMinOverlap = 0.1;
+// Views of its points that a view looks at, at most: where hundreds of views see a point, some of
+// the points tell as much as all. Scenes of 10 to 100 photos have up to 50,000.
+constexpr size_t kMaxLooks = 500'000;
 // Photos that no feature ties together match at smaller angles only.
 constexpr double kMaxOverlapAngleDeg = 50.0;
 
@@ -105,18 +108,20 @@ void AddPoint(const Scene& scene, const std::vector<Eigen::Vector3d>& centers, d
   }
 }
 
-// The other views that may be neighbours, in order.
-std::vector<Neighbor> UsableNeighbors(const ViewSelectionOptions& options, PairTable* others) {
+// The other views that may be neighbours, in order. `stride`: of so many points one was added.
+std::vector<Neighbor> UsableNeighbors(const ViewSelectionOptions& options, size_t stride,
+                                      PairTable* others) {
   std::vector<Neighbor> neighbors;
   for (auto& [other, pair] : others->Sorted()) {
-    const int num_shared = static_cast<int>(pair.angles_deg.size());
+    const int num_shared = static_cast<int>(stride * pair.angles_deg.size());
     if (num_shared < options.min_num_shared_points) continue;
     const double angle_deg = Median(&pair.angles_deg);
     if (angle_deg < options.min_triangulation_angle_deg) continue;
     if (angle_deg > options.max_triangulation_angle_deg) continue;
     const double coverage =
         static_cast<double>(pair.cells.count()) / (kCoverageCells * kCoverageCells);
-    neighbors.push_back({other, pair.score * coverage, angle_deg, num_shared});
+    neighbors.push_back(
+        {other, static_cast<double>(stride) * pair.score * coverage, angle_deg, num_shared});
   }
   return neighbors;
 }
@@ -190,7 +195,7 @@ class OverlapSelector {
     for (const SparsePoint& place : places) {
       AddPoint(scene_, centers_, options_.best_triangulation_angle_deg, view_idx, place, &others);
     }
-    std::vector<Neighbor> found = UsableNeighbors(options_, &others);
+    std::vector<Neighbor> found = UsableNeighbors(options_, 1, &others);
     std::erase_if(found, [&](const Neighbor& n) {
       const bool known = std::any_of(neighbors->begin(), neighbors->end(), [&](const auto& other) {
         return other.view_idx == n.view_idx;
@@ -333,11 +338,15 @@ class NeighborSelector {
   std::vector<Neighbor> Candidates(int view_idx) const {
     if (!any_shared_) return NearestViews(scene_, centers_, sights_, view_idx);
     PairTable others(scene_.views.size());
-    for (const uint32_t p : points_.Of(view_idx)) {
-      AddPoint(scene_, centers_, options_.best_triangulation_angle_deg, view_idx, scene_.points[p],
-               &others);
+    const auto points = points_.Of(view_idx);
+    size_t num_looks = 0;
+    for (const uint32_t p : points) num_looks += scene_.points[p].view_idxs.size();
+    const size_t stride = num_looks / kMaxLooks + 1;
+    for (size_t i = 0; i < points.size(); i += stride) {
+      AddPoint(scene_, centers_, options_.best_triangulation_angle_deg, view_idx,
+               scene_.points[points[i]], &others);
     }
-    return UsableNeighbors(options_, &others);
+    return UsableNeighbors(options_, stride, &others);
   }
 
   size_t NumMissing(size_t v) const {

@@ -120,21 +120,19 @@ class JobEngine : public Engine {
     const std::vector<size_t> to_run = TasksToRun(plan, stage);
     StageDivision division;
     division.num_threads = Threads(stage);
-    double seconds_left = 0;
     for (const size_t i : to_run) {
-      seconds_left += tasks[i].cost.cpu_seconds;
       division.memory_bytes =
           std::max(division.memory_bytes,
                    JobMemoryBytes(tasks[i], plan.tasks[i], BytesOfProcess(stage), 1, limits_));
     }
     const size_t at_once = JobsAtOnce(options_, limits_, division.num_threads);
-    const SliceLengths lengths =
-        LengthsOfJobs(seconds_left, division.num_threads, at_once, options_);
     for (const auto& round : RoundsOf(tasks, to_run)) {
-      const size_t num_jobs = SliceTasks(tasks, round, lengths, seconds_left).size();
+      double seconds = 0;
+      for (const size_t i : round) seconds += tasks[i].cost.cpu_seconds;
+      const SliceLengths lengths = LengthsOfJobs(seconds, division.num_threads, at_once, options_);
+      const size_t num_jobs = SliceTasks(tasks, round, lengths, seconds).size();
       division.num_jobs += num_jobs;
       division.jobs_at_once = std::max(division.jobs_at_once, std::min(num_jobs, at_once));
-      for (const size_t i : round) seconds_left -= tasks[i].cost.cpu_seconds;
     }
     division.job_seconds = stage.cost.cpu_seconds / division.num_threads /
                            static_cast<double>(std::max<size_t>(1, division.num_jobs));

@@ -117,7 +117,12 @@ void JobSubmission::SubmitReady() {
   const size_t num_wanted = NumWanted();
   if (num_wanted == 0 || tasks_.ready().empty()) return;
   const std::vector<size_t> ready(tasks_.ready().begin(), tasks_.ready().end());
-  auto slices = SliceTasks(jobs_.work.tasks(), ready, lengths_, tasks_.seconds_left(), num_wanted);
+  double ready_seconds = 0;
+  for (const size_t i : ready) ready_seconds += jobs_.work.tasks()[i].cost.cpu_seconds;
+  // What can run now is divided evenly: the tasks that follow may need all of it.
+  const SliceLengths lengths =
+      LengthsOfJobs(ready_seconds, jobs_.num_threads, jobs_.JobsAtOnce(), jobs_.options);
+  auto slices = SliceTasks(jobs_.work.tasks(), ready, lengths, ready_seconds, num_wanted);
   // While machines are busy, a job that would be short waits for tasks that are not ready yet.
   const bool may_wait = jobs_.NumOpen() >= jobs_.JobsAtOnce() && tasks_.NumBlocked() > 0;
   if (may_wait) std::erase_if(slices, [&](const auto& slice) { return IsShort(slice); });

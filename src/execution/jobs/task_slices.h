@@ -23,9 +23,9 @@ struct SliceLengths {
 // Divides tasks that can run at the same time into jobs. Each slice holds tasks of the next length
 // at most, at least one, that read the same files where that can be: beginning with the first task
 // that is left, the one that shares most inputs with the slice follows. Inputs that more than 64
-// tasks read say nothing. `seconds_left`: CPU time of these tasks and of those that follow them.
-// `task_idxs` are positions in `tasks`; so are those returned, in the order in which they are to
-// run. Ends after `max_slices`. O(number of inputs).
+// tasks read say nothing. `seconds_left`: CPU time of these tasks, and of others that run with
+// them. `task_idxs` are positions in `tasks`; so are those returned, in the order in which they are
+// to run. Ends after `max_slices`. O(number of inputs).
 std::vector<std::vector<size_t>> SliceTasks(const std::vector<Task>& tasks,
                                             std::span<const size_t> task_idxs,
                                             const SliceLengths& lengths, double seconds_left,
