@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <unordered_map>
+#include <vector>
 
 #include "lsmvs/colmap_adapter/model/camera_model.h"
 #include "lsmvs/colmap_adapter/model/missing_images.h"
@@ -80,36 +82,44 @@ double Quantile(std::vector<double>* values, double q) {
   return (*values)[static_cast<size_t>(index)];
 }
 
-std::vector<Eigen::Vector3d> AllPositions(const Scene& scene) {
-  std::vector<Eigen::Vector3d> positions;
-  positions.reserve(scene.views.size() + scene.points.size());
-  for (const View& view : scene.views) positions.push_back(view.CenterInWorld());
-  for (const SparsePoint& point : scene.points) positions.push_back(point.x_in_world);
-  return positions;
+// Calls `visit` with the position of each view and point.
+template <class Visit>
+void ForAllPositions(const Scene& scene, const Visit& visit) {
+  for (const View& view : scene.views) visit(view.CenterInWorld());
+  for (const SparsePoint& point : scene.points) visit(point.x_in_world);
 }
 
-Eigen::Vector3d Median(const std::vector<Eigen::Vector3d>& positions) {
+std::vector<double> ValuesOf(const Scene& scene,
+                             const std::function<double(const Eigen::Vector3d&)>& value_at) {
+  std::vector<double> values;
+  values.reserve(scene.views.size() + scene.points.size());
+  ForAllPositions(scene, [&](const Eigen::Vector3d& x) { values.push_back(value_at(x)); });
+  return values;
+}
+
+Eigen::Vector3d MedianPosition(const Scene& scene) {
   Eigen::Vector3d median;
-  std::vector<double> values(positions.size());
   for (int axis = 0; axis < 3; ++axis) {
-    for (size_t i = 0; i < positions.size(); ++i) values[i] = positions[i][axis];
+    std::vector<double> values = ValuesOf(scene, [&](const auto& x) { return x[axis]; });
     median[axis] = Quantile(&values, 0.5);
   }
   return median;
 }
 
 Eigen::Vector3d ChooseWorldOffset(const Scene& scene) {
-  const std::vector<Eigen::Vector3d> positions = AllPositions(scene);
-  const Eigen::Vector3d center = Median(positions);
-  std::vector<double> distances;
-  for (const Eigen::Vector3d& x : positions) distances.push_back((x - center).norm());
+  const Eigen::Vector3d center = MedianPosition(scene);
+  std::vector<double> distances =
+      ValuesOf(scene, [&](const auto& x) { return (x - center).norm(); });
   const double extent = Quantile(&distances, kExtentQuantile);
   if (!(extent > 0)) return Eigen::Vector3d::Zero();
+  std::vector<double>().swap(distances);
   const double distance = center.norm();
-  const double gsd = GroundSamplingDistance(scene);
-  const bool loses_detail = gsd > 0 && distance * kFloatSpacing > kMaxFloatSpacingToGsd * gsd;
   const bool is_far = distance > kMaxCenterToExtent * extent;
-  if (!is_far && !(loses_detail && distance > extent)) return Eigen::Vector3d::Zero();
+  const auto loses_detail = [&] {
+    const double gsd = GroundSamplingDistance(scene);
+    return gsd > 0 && distance * kFloatSpacing > kMaxFloatSpacingToGsd * gsd;
+  };
+  if (!is_far && !(distance > extent && loses_detail())) return Eigen::Vector3d::Zero();
   // A multiple of a power of two: adding it to shifted coordinates loses nothing that a double can
   // hold.
   const double unit = std::exp2(std::ceil(std::log2(extent)));
@@ -139,22 +149,45 @@ void AddViews(const SparseModel& model, const std::string& path, bool ignore_dis
   }
 }
 
-void AddPoints(const SparseModel& model, Scene* scene) {
-  std::unordered_map<uint32_t, int> view_of_image;
-  for (int v = 0; v < scene->num_views(); ++v) {
-    view_of_image[static_cast<uint32_t>(scene->views[v].image_id)] = v;
+// Turns points of a model into a scene's.
+class PointConverter {
+ public:
+  explicit PointConverter(Scene* scene) : scene_(*scene) {
+    for (int v = 0; v < scene->num_views(); ++v) {
+      view_of_image_[static_cast<uint32_t>(scene->views[v].image_id)] = v;
+    }
   }
-  scene->points.reserve(model.points3d.size());
-  for (const SparseModel::Point3d& source : model.points3d) {
+  void Add(const SparseModel::Point3d& source) {
     SparsePoint point{source.x_in_world, source.color, static_cast<float>(source.error_px), {}};
+    point.view_idxs.reserve(source.track.size());
     for (const SparseModel::TrackElement& element : source.track) {
-      point.view_idxs.push_back(view_of_image.at(static_cast<uint32_t>(element.image_id)));
+      point.view_idxs.push_back(view_of_image_.at(static_cast<uint32_t>(element.image_id)));
     }
     std::sort(point.view_idxs.begin(), point.view_idxs.end());
     point.view_idxs.erase(std::unique(point.view_idxs.begin(), point.view_idxs.end()),
                           point.view_idxs.end());
-    scene->points.push_back(std::move(point));
+    scene_.points.push_back(std::move(point));
   }
+
+ private:
+  Scene& scene_;
+  std::unordered_map<uint32_t, int> view_of_image_;
+};
+
+void MoveNearOrigin(Scene* scene) {
+  const Eigen::Vector3d offset = ChooseWorldOffset(*scene);
+  if (!offset.isZero(0.0)) ShiftWorld(offset, scene);
+}
+
+Scene SceneOfViews(const SparseModel& model, const std::filesystem::path& model_path,
+                   bool ignore_distortion) {
+  if (model.images.empty()) {
+    throw InputError(model_path.string(), "has no registered image",
+                     "check the output of `colmap mapper`: it could not place any photo");
+  }
+  Scene scene;
+  AddViews(model, model_path.string(), ignore_distortion, &scene);
+  return scene;
 }
 
 void CheckSize(const std::string& path, const View& view, const char* remedy) {
@@ -202,23 +235,25 @@ void CheckFolder(const std::filesystem::path& folder, const char* what, const ch
 
 Scene MakeScene(const SparseModel& model, const std::filesystem::path& model_path,
                 bool ignore_distortion) {
-  if (model.images.empty()) {
-    throw InputError(model_path.string(), "has no registered image",
-                     "check the output of `colmap mapper`: it could not place any photo");
-  }
-  Scene scene;
-  AddViews(model, model_path.string(), ignore_distortion, &scene);
-  AddPoints(model, &scene);
-  const Eigen::Vector3d offset = ChooseWorldOffset(scene);
-  if (!offset.isZero(0.0)) ShiftWorld(offset, &scene);
+  Scene scene = SceneOfViews(model, model_path, ignore_distortion);
+  scene.points.reserve(model.points3d.size());
+  PointConverter converter(&scene);
+  for (const SparseModel::Point3d& point : model.points3d) converter.Add(point);
+  MoveNearOrigin(&scene);
   return scene;
 }
 
 Scene LoadScene(const DenseWorkspace& workspace, const LoadSceneOptions& options) {
   const std::filesystem::path sparse_folder = workspace.SparseFolder();
-  const SparseModel model = ReadSparseModel(sparse_folder, {.keep_points2d = false});
+  SparseModel model =
+      ReadSparseModel(sparse_folder, {.keep_points2d = false, .keep_points3d = false});
+  Scene scene = SceneOfViews(model, sparse_folder, options.ignore_distortion);
+  PointConverter converter(&scene);
+  ReadSparsePoints(
+      sparse_folder, &model, [&](uint64_t count) { scene.points.reserve(count); },
+      [&](const SparseModel::Point3d& point) { converter.Add(point); });
   LogWarnings(model);
-  Scene scene = MakeScene(model, sparse_folder, options.ignore_distortion);
+  MoveNearOrigin(&scene);
   scene.image_folder = workspace.ImageFolder().string();
   scene.mask_folder = options.mask_folder;
   scene.alpha_is_mask = options.alpha_is_mask;

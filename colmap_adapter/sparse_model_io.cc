@@ -47,11 +47,28 @@ bool HasFrameFiles(const FileNames& names) {
   return has_rigs;
 }
 
-SparseModel ReadBinary(const FileNames& names, bool keep_points2d) {
+void ReadPoints(const FileNames& names, SparseFormat format, const internal::PointSink& sink) {
+  if (format == SparseFormat::kBinary) {
+    internal::ReadPoints3dBinary(names.points3d, sink);
+  } else {
+    internal::ReadPoints3dText(names.points3d, sink);
+  }
+}
+
+void ReadPoints(const FileNames& names, SparseFormat format, const ReadSparseModelOptions& options,
+                SparseModel* model) {
+  if (!options.keep_points3d) return;
+  ReadPoints(
+      names, format,
+      {.take = [model](SparseModel::Point3d point) { model->points3d.push_back(std::move(point)); },
+       .expect = [model](uint64_t count) { model->points3d.reserve(count); }});
+}
+
+SparseModel ReadBinary(const FileNames& names, const ReadSparseModelOptions& options) {
   SparseModel model;
   internal::ReadCamerasBinary(names.cameras, &model);
-  internal::ReadImagesBinary(names.images, keep_points2d, &model);
-  internal::ReadPoints3dBinary(names.points3d, &model);
+  internal::ReadImagesBinary(names.images, options.keep_points2d, &model);
+  ReadPoints(names, SparseFormat::kBinary, options, &model);
   if (HasFrameFiles(names)) {
     internal::ReadRigsBinary(names.rigs, &model);
     internal::ReadFramesBinary(names.frames, &model);
@@ -59,16 +76,25 @@ SparseModel ReadBinary(const FileNames& names, bool keep_points2d) {
   return model;
 }
 
-SparseModel ReadText(const FileNames& names, bool keep_points2d) {
+SparseModel ReadText(const FileNames& names, const ReadSparseModelOptions& options) {
   SparseModel model;
   internal::ReadCamerasText(names.cameras, &model);
-  internal::ReadImagesText(names.images, keep_points2d, &model);
-  internal::ReadPoints3dText(names.points3d, &model);
+  internal::ReadImagesText(names.images, options.keep_points2d, &model);
+  ReadPoints(names, SparseFormat::kText, options, &model);
   if (HasFrameFiles(names)) {
     internal::ReadRigsText(names.rigs, &model);
     internal::ReadFramesText(names.frames, &model);
   }
   return model;
+}
+
+// The format of the model in the folder: binary if both are there.
+SparseFormat FormatOf(const std::filesystem::path& folder) {
+  for (const SparseFormat format : {SparseFormat::kBinary, SparseFormat::kText}) {
+    if (HasModelFiles(FileNames(folder, format))) return format;
+  }
+  throw InputError(folder.string(), DescribeMissingModel(folder),
+                   "run `colmap mapper` or name the folder of its output");
 }
 
 }  // namespace
@@ -98,16 +124,27 @@ std::string DescribeMissingModel(const std::filesystem::path& folder) {
 
 SparseModel ReadSparseModel(const std::filesystem::path& folder,
                             const ReadSparseModelOptions& options) {
-  const FileNames binary(folder, SparseFormat::kBinary), text(folder, SparseFormat::kText);
-  if (!HasModelFiles(binary) && !HasModelFiles(text)) {
-    throw InputError(folder.string(), DescribeMissingModel(folder),
-                     "run `colmap mapper` or name the folder of its output");
-  }
-  SparseModel model = HasModelFiles(binary) ? ReadBinary(binary, options.keep_points2d)
-                                            : ReadText(text, options.keep_points2d);
+  const SparseFormat format = FormatOf(folder);
+  const FileNames names(folder, format);
+  SparseModel model =
+      format == SparseFormat::kBinary ? ReadBinary(names, options) : ReadText(names, options);
   internal::DropDanglingTracks(folder, &model);
   CheckSparseModel(model, folder);
   return model;
+}
+
+void ReadSparsePoints(const std::filesystem::path& folder, SparseModel* model,
+                      const std::function<void(uint64_t)>& expect,
+                      const std::function<void(SparseModel::Point3d)>& take) {
+  const SparseFormat format = FormatOf(folder);
+  internal::PointCheck check(folder, *model);
+  const auto check_and_take = [&](SparseModel::Point3d point) {
+    check.Check(&point);
+    take(std::move(point));
+  };
+  ReadPoints(FileNames(folder, format), format, {.take = check_and_take, .expect = expect});
+  check.Finish();
+  if (!check.Warning().empty()) model->warnings.push_back(check.Warning());
 }
 
 void LogWarnings(const SparseModel& model) {

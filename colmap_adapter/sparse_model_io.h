@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "lsmvs/colmap_adapter/sparse_model.h"
@@ -12,6 +13,8 @@ enum class SparseFormat { kBinary, kText };
 struct ReadSparseModelOptions {
   // The features of the images are most of a model's bytes and not needed to make a Scene.
   bool keep_points2d = true;
+  // Without points3D the model is that of the other files; see ReadSparsePoints.
+  bool keep_points3d = true;
 };
 
 // Whether the folder holds cameras, images and points3D, all as .bin or all as .txt.
@@ -31,6 +34,14 @@ std::string DescribeMissingModel(const std::filesystem::path& folder);
 // O(bytes).
 SparseModel ReadSparseModel(const std::filesystem::path& folder,
                             const ReadSparseModelOptions& options = {});
+
+// Hands the points of the model in `folder` to `take`, in the file's order, with what
+// ReadSparseModel drops and checks of them; `expect` hears before how many there are, if the file
+// says so. `model` is what ReadSparseModel gave of the other files; `warnings` may get a sentence.
+// Memory: 8 bytes a point. Throws what ReadSparseModel throws, perhaps after some points.
+void ReadSparsePoints(const std::filesystem::path& folder, SparseModel* model,
+                      const std::function<void(uint64_t)>& expect,
+                      const std::function<void(SparseModel::Point3d)>& take);
 
 // Writes cameras, images and points3D, and rigs and frames if the model has any; each file atomic,
 // the folder is made if it is missing. Throws std::logic_error for an inconsistent model,

@@ -34,7 +34,8 @@ ImageOrder FileOrder(const Scene& scene, const std::filesystem::path& sparse_fol
   std::unordered_map<std::string, uint32_t> view_of_name;
   for (uint32_t v = 0; v < scene.views.size(); ++v) view_of_name[scene.views[v].name] = v;
   ImageOrder order{"the order of the sparse model's images file", {}};
-  const SparseModel model = ReadSparseModel(sparse_folder, {.keep_points2d = false});
+  const SparseModel model =
+      ReadSparseModel(sparse_folder, {.keep_points2d = false, .keep_points3d = false});
   for (const SparseModel::Image& image : model.images) {
     const auto view = view_of_name.find(image.name);
     if (view != view_of_name.end()) order.view_idxs.push_back(view->second);

@@ -147,8 +147,12 @@ void ReadImagesBinary(const std::filesystem::path& path, bool keep_points2d, Spa
   ReadList(path, kMinImageBytes, "images", read, &model->images);
 }
 
-void ReadPoints3dBinary(const std::filesystem::path& path, SparseModel* model) {
-  ReadList(path, kMinPoint3dBytes, "points", ReadPoint3d, &model->points3d);
+void ReadPoints3dBinary(const std::filesystem::path& path, const PointSink& sink) {
+  BinaryReader reader(path, kSparseRemedy);
+  const auto count = reader.ReadCount<uint64_t>(kMinPoint3dBytes, "points");
+  if (sink.expect) sink.expect(count);
+  for (uint64_t i = 0; i < count; ++i) sink.take(ReadPoint3d(&reader));
+  reader.ExpectEnd();
 }
 
 void ReadRigsBinary(const std::filesystem::path& path, SparseModel* model) {

@@ -1,6 +1,7 @@
 // What must hold between the lists of a sparse model.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string_view>
 #include <unordered_map>
 #include <unordered_set>
@@ -82,13 +83,13 @@ class Checker {
   }
 
   void CheckPoints() {
-    std::unordered_set<uint64_t> ids;
+    std::vector<uint64_t> ids;
     ids.reserve(model_.points3d.size());
     for (const SparseModel::Point3d& point : model_.points3d) {
-      const uint64_t id = Number(point.point3d_id);
-      if (!ids.insert(id).second) Fail(fmt::format("has two points {}", id));
-      if (!point.x_in_world.allFinite()) Fail(fmt::format("point {} is not finite", id));
+      ids.push_back(Number(point.point3d_id));
+      internal::CheckPointIsFinite(path_, point);
     }
+    internal::CheckPointIds(path_, &ids);
   }
 
   void CheckRigs() {
@@ -141,25 +142,9 @@ class Checker {
 
 namespace {
 
-using ImagesById = std::unordered_map<uint64_t, const SparseModel::Image*>;
-
-bool RefersToFeature(const SparseModel::TrackElement& element, const ImagesById& images) {
-  const auto image = images.find(Number(element.image_id));
-  return image != images.end() && element.point2d_idx < image->second->num_points2d;
-}
-
-// Number of elements dropped.
-size_t DropElements(const ImagesById& images, SparseModel* model) {
-  size_t num_dropped = 0;
-  for (SparseModel::Point3d& point : model->points3d) {
-    num_dropped += std::erase_if(point.track, [&](const SparseModel::TrackElement& element) {
-      return !RefersToFeature(element, images);
-    });
-  }
-  return num_dropped;
-}
-
 void DropReferencesToMissingPoints(SparseModel* model) {
+  const auto has_features = [](const auto& image) { return !image.points2d.empty(); };
+  if (std::none_of(model->images.begin(), model->images.end(), has_features)) return;
   std::unordered_set<uint64_t> ids;
   for (const SparseModel::Point3d& point : model->points3d) ids.insert(Number(point.point3d_id));
   for (SparseModel::Image& image : model->images) {
@@ -171,18 +156,55 @@ void DropReferencesToMissingPoints(SparseModel* model) {
 
 }  // namespace
 
+internal::PointCheck::PointCheck(const std::filesystem::path& path, const SparseModel& model)
+    : path_(path.string()) {
+  for (const SparseModel::Image& image : model.images) {
+    num_features_[static_cast<uint32_t>(image.image_id)] = image.num_points2d;
+  }
+}
+
+void internal::PointCheck::Check(SparseModel::Point3d* point) {
+  CheckPointIsFinite(path_, *point);
+  ids_.push_back(Number(point->point3d_id));
+  DropDangling(point);
+}
+
+void internal::PointCheck::DropDangling(SparseModel::Point3d* point) {
+  num_elements_ += point->track.size();
+  num_dropped_ += std::erase_if(point->track, [&](const SparseModel::TrackElement& element) {
+    const auto image = num_features_.find(static_cast<uint32_t>(element.image_id));
+    return image == num_features_.end() || element.point2d_idx >= image->second;
+  });
+}
+
+void internal::PointCheck::Finish() { CheckPointIds(path_, &ids_); }
+
+std::string internal::PointCheck::Warning() const {
+  if (num_dropped_ == 0) return "";
+  return fmt::format(
+      "{}: {} of the {} observations of its points name an image or a feature that is not there; "
+      "they are left out",
+      path_, num_dropped_, num_elements_);
+}
+
+void internal::CheckPointIds(const std::string& path, std::vector<uint64_t>* ids) {
+  if (!std::is_sorted(ids->begin(), ids->end())) std::sort(ids->begin(), ids->end());
+  const auto twice = std::adjacent_find(ids->begin(), ids->end());
+  if (twice == ids->end()) return;
+  throw InputError(path, fmt::format("has two points {}", *twice), kSparseRemedy);
+}
+
+void internal::CheckPointIsFinite(const std::string& path, const SparseModel::Point3d& point) {
+  if (point.x_in_world.allFinite()) return;
+  throw InputError(path, fmt::format("point {} is not finite", Number(point.point3d_id)),
+                   kSparseRemedy);
+}
+
 void internal::DropDanglingTracks(const std::filesystem::path& path, SparseModel* model) {
-  ImagesById images;
-  for (const SparseModel::Image& image : model->images) images[Number(image.image_id)] = &image;
-  size_t num_elements = 0;
-  for (const SparseModel::Point3d& point : model->points3d) num_elements += point.track.size();
-  const size_t num_dropped = DropElements(images, model);
+  PointCheck check(path, *model);
+  for (SparseModel::Point3d& point : model->points3d) check.DropDangling(&point);
   DropReferencesToMissingPoints(model);
-  if (num_dropped == 0) return;
-  model->warnings.push_back(
-      fmt::format("{}: {} of the {} observations of its points name an image or a feature that is "
-                  "not there; they are left out",
-                  path.string(), num_dropped, num_elements));
+  if (!check.Warning().empty()) model->warnings.push_back(check.Warning());
 }
 
 void CheckSparseModel(const SparseModel& model, const std::filesystem::path& path) {

@@ -98,7 +98,7 @@ void ReadImagesText(const std::filesystem::path& path, bool keep_points2d, Spars
   }
 }
 
-void ReadPoints3dText(const std::filesystem::path& path, SparseModel* model) {
+void ReadPoints3dText(const std::filesystem::path& path, const PointSink& sink) {
   TextReader reader(path, kSparseRemedy);
   while (reader.NextContentLine()) {
     SparseModel::Point3d point;
@@ -110,7 +110,7 @@ void ReadPoints3dText(const std::filesystem::path& path, SparseModel* model) {
       const auto image_id = ReadId32<ImageId>(&reader);
       point.track.push_back({image_id, static_cast<uint32_t>(reader.Unsigned(kMaxId32))});
     }
-    model->points3d.push_back(std::move(point));
+    sink.take(std::move(point));
   }
 }
 

@@ -21,9 +21,11 @@ namespace lsmvs {
 // hands each to an Engine, of which there are three: this process (local), Slurm, and any other job
 // system by way of a list of commands. Stages do not know which.
 //
-// The two that use other processes share one driver (jobs/job_engine.h). Tasks that are ready are
+// The two that use other processes share one driver (jobs/stage_jobs.h). Tasks that are ready are
 // grouped into slices of some minutes that read the same photos; a slice is a job, and jobs of
-// equal needs are submitted together as a batch (an array job). A job is the command `lsmvs
+// equal needs are submitted together as a batch (an array job). With a queue, further jobs are
+// submitted before the machines have finished those that run, and a task may start as soon as the
+// tasks that it needs are done; else one batch follows the other. A job is the command `lsmvs
 // run_task WORKSPACE --task BATCH.SLICE`: it reads the order of the batch (the command line that
 // the driver was started with, the names of the tasks, and a hash of what each depends on), builds
 // the same tasks from the same command line, runs its own, one after the other, and leaves for each
@@ -73,6 +75,8 @@ struct EngineOptions {
   //   {folder}    of the batch
   //   {threads}, {memory_mb}, {seconds}   what one job needs
   std::string submit_command;
+  // How many jobs the command runs at once, about: work is divided accordingly.
+  int jobs_at_once = 8;
 
   // Adds the options as the command line has them: "engine", "Slurm.partition", ...
   void Describe(OptionSet* options);
@@ -90,7 +94,8 @@ struct DriverCommand {
 // What a job may ask for at most, as far as the job system says.
 struct JobLimits {
   int num_threads = 1;
-  size_t memory_bytes = 0;  // 0: unknown
+  size_t memory_bytes = 0;     // 0: unknown
+  int num_threads_in_all = 1;  // of all machines
 };
 
 // How a stage is divided.
@@ -152,15 +157,20 @@ class Engine {
 
 // The driver's process, with all threads of the context.
 std::unique_ptr<Engine> MakeLocalEngine();
-// Slurm or command, for the run in the folder `root`. `threads`: of jobs. `process_bytes`: that a
-// job's process takes beside its task. Throws Error(kExternalTool) if Slurm's programs are missing.
+// Of jobs.
 struct JobThreads {
   int shared = 1;  // where a stage has many tasks
   int alone = 1;   // where it has a single one
 };
+// That a job's process takes beside its task.
+struct ProcessBytes {
+  size_t shared = 0, alone = 0;  // as JobThreads
+};
+// Slurm or command, for the run in the folder `root`. Throws Error(kExternalTool) if Slurm's
+// programs are missing.
 std::unique_ptr<Engine> MakeJobEngine(const std::filesystem::path& root,
                                       const EngineOptions& options, const DriverCommand& command,
-                                      const JobThreads& threads, size_t process_bytes);
+                                      const JobThreads& threads, const ProcessBytes& process_bytes);
 // What the largest of the engine's machines has, asked before the plan is made; nothing where that
 // is unknown. Throws Error(kExternalTool) if Slurm does not answer.
 std::optional<JobLimits> FindJobLimits(const EngineOptions& options);

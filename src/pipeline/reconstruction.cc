@@ -23,10 +23,7 @@ std::shared_ptr<const Reconstruction> MakeReconstruction(
   reconstruction->options = options;
   reconstruction->memory_budget_bytes = context.memory_budget_bytes;
   reconstruction->num_threads = context.num_threads();
-  ImageStoreOptions images;
-  images.max_image_size = options.max_image_size;
-  images.budget_bytes = context.memory_budget_bytes / kImageBudgetDivisor;
-  reconstruction->images = MakeImageStore(reconstruction->scene, images);
+  reconstruction->images = MakeImageStore(reconstruction->scene, ImageOptionsOf(options, context));
   reconstruction->neighbors =
       SelectNeighbors(reconstruction->scene, options.view_selection, context);
   const std::vector<SourceRule> rules =
@@ -36,6 +33,13 @@ std::shared_ptr<const Reconstruction> MakeReconstruction(
   ApplySourceRules(reconstruction->scene, rules, &reconstruction->neighbors);
   reconstruction->depth_ranges = EstimateDepthRanges(reconstruction->scene);
   return reconstruction;
+}
+
+ImageStoreOptions ImageOptionsOf(const ReconstructionOptions& options, const RunContext& context) {
+  ImageStoreOptions photos;
+  photos.max_image_size = options.max_image_size;
+  photos.budget_bytes = context.memory_budget_bytes / kImageBudgetDivisor;
+  return photos;
 }
 
 std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstruction,

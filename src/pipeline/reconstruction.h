@@ -36,6 +36,9 @@ std::shared_ptr<const Reconstruction> MakeReconstruction(
     Scene scene, std::shared_ptr<const WorkspaceFiles> files, const ReconstructionOptions& options,
     const RunContext& context);
 
+// How its photos are held.
+ImageStoreOptions ImageOptionsOf(const ReconstructionOptions& options, const RunContext& context);
+
 using ReconstructionPtr = std::shared_ptr<const Reconstruction>;
 
 // Depth maps of every view: one task a view and pass (photometric, then geometric if the options

@@ -20,7 +20,7 @@ constexpr double kQuantile = 0.01;
 constexpr size_t kMaxSamples = 100'000;
 constexpr size_t kNamesListed = 5;
 // Of more photos, so many are looked at, spread over all: each has to be read and decoded.
-constexpr size_t kMaxPhotos = 200;
+constexpr size_t kMaxPhotos = 64;
 
 struct GrayRange {
   float low = 0, high = 255;

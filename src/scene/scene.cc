@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 
+#include "lsmvs/scene/points_by_view.h"
 #include "lsmvs/util/statistics.h"
 
 namespace lsmvs {
@@ -43,24 +45,23 @@ std::vector<uint32_t> PointsInImage(const Scene& scene, int view_idx) {
 }
 
 std::vector<DepthRange> EstimateDepthRanges(const Scene& scene, double margin) {
-  std::vector<std::vector<double>> depths(scene.views.size());
-  for (const SparsePoint& point : scene.points) {
-    for (const int view_idx : point.view_idxs) {
-      const double depth = scene.views[view_idx].Depth(point.x_in_world);
-      if (depth > 0) depths[view_idx].push_back(depth);
-    }
-  }
+  const PointsByView points(scene);
   std::vector<DepthRange> ranges(scene.views.size());
   for (size_t v = 0; v < scene.views.size(); ++v) {
     const View& view = scene.views[v];
-    if (depths[v].size() < kMinPointsOfView) {
-      depths[v].clear();
+    std::vector<double> depths;
+    for (const uint32_t p : points.Of(static_cast<int>(v))) {
+      const double depth = view.Depth(scene.points[p].x_in_world);
+      if (depth > 0) depths.push_back(depth);
+    }
+    if (depths.size() < kMinPointsOfView) {
+      depths.clear();
       for (const uint32_t p : PointsInImage(scene, static_cast<int>(v))) {
-        depths[v].push_back(view.Depth(scene.points[p].x_in_world));
+        depths.push_back(view.Depth(scene.points[p].x_in_world));
       }
     }
-    if (depths[v].size() < kMinPointsOfView) depths[v] = PositiveDepths(scene, view);
-    ranges[v] = QuantileRange(&depths[v], margin);
+    if (depths.size() < kMinPointsOfView) depths = PositiveDepths(scene, view);
+    ranges[v] = QuantileRange(&depths, margin);
   }
   return ranges;
 }
@@ -78,16 +79,16 @@ double MeanTrackLength(const Scene& scene) {
 }
 
 double GroundSamplingDistance(const Scene& scene) {
-  std::vector<double> distances;
-  for (const SparsePoint& point : scene.points) {
-    for (const int view_idx : point.view_idxs) {
-      const View& view = scene.views[view_idx];
-      const double depth = view.Depth(point.x_in_world);
-      if (depth > 0) distances.push_back(depth / view.camera.MeanFocalLength());
+  const auto for_all_distances = [&](const std::function<void(double)>& visit) {
+    for (const SparsePoint& point : scene.points) {
+      for (const int view_idx : point.view_idxs) {
+        const View& view = scene.views[view_idx];
+        const double depth = view.Depth(point.x_in_world);
+        if (depth > 0) visit(depth / view.camera.MeanFocalLength());
+      }
     }
-  }
-  if (distances.empty()) return 0;
-  return Median(&distances);
+  };
+  return MedianOfPositive(for_all_distances).value_or(0.0);
 }
 
 std::string MaskPath(const std::string& mask_folder, const std::string& image_name) {

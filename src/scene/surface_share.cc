@@ -33,20 +33,20 @@ struct CellGrid {
 // Finds the surface in the photos' cells and how many photos show it.
 class ShareEstimator {
  public:
-  explicit ShareEstimator(const Scene& scene) : scene_(scene), seen_(scene.views.size()) {
+  explicit ShareEstimator(const Scene& scene)
+      : scene_(scene), stride_(StrideOf(scene.views.size())), seen_(scene.views.size()) {
     for (const View& view : scene.views) centers_.push_back(view.CenterInWorld());
     for (const SparsePoint& point : scene.points) {
-      for (const int v : point.view_idxs) seen_[static_cast<size_t>(v)].push_back(&point);
+      for (const int v : point.view_idxs) {
+        if (static_cast<size_t>(v) % stride_ == 0) seen_[static_cast<size_t>(v)].push_back(&point);
+      }
     }
   }
 
   SurfaceShare Run() const {
-    constexpr size_t kCells = kCellsOfLongerSide * kCellsOfLongerSide;
-    const size_t count = std::max(kMinViews, kMaxLooks / (kCells * scene_.views.size() + 1));
-    const size_t stride = (scene_.views.size() + count - 1) / count;
     Sums sums;
     double pixels = 0;
-    for (size_t v = 0; v < scene_.views.size(); v += stride) {
+    for (size_t v = 0; v < scene_.views.size(); v += stride_) {
       const PinholeCamera& camera = scene_.views[v].camera;
       AddView(v, &sums);
       pixels += static_cast<double>(camera.width) * camera.height;
@@ -59,6 +59,13 @@ class ShareEstimator {
   struct Sums {
     double covered = 0, once = 0;  // pixels
   };
+
+  // From a view that is looked at to the next.
+  static size_t StrideOf(size_t num_views) {
+    constexpr size_t kCells = kCellsOfLongerSide * kCellsOfLongerSide;
+    const size_t count = std::max(kMinViews, kMaxLooks / (kCells * num_views + 1));
+    return std::max<size_t>(1, (num_views + count - 1) / count);
+  }
 
   void AddView(size_t v, Sums* sums) const {
     const View& view = scene_.views[v];
@@ -129,7 +136,8 @@ class ShareEstimator {
   }
 
   const Scene& scene_;
-  std::vector<std::vector<const SparsePoint*>> seen_;  // by view
+  const size_t stride_;
+  std::vector<std::vector<const SparsePoint*>> seen_;  // by view, of those that are looked at
   std::vector<Eigen::Vector3d> centers_;
 };
 

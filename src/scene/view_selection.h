@@ -55,8 +55,10 @@ struct Neighbor {
 // neighbours otherwise.
 //
 // Views without a photo are nobody's neighbours. Deterministic; ties are broken by view_idx. Time:
-// O(sum over points of views^2). Memory beyond the scene: 4 bytes an observation, and for each
-// thread 4 bytes for every pair of an observation of its view and another of the same point.
+// O(sum over points of views^2); where the points of a view are seen by more than 500,000 views in
+// all, every n-th point is looked at, and counts n-fold. Memory beyond the scene: 4 bytes an
+// observation, and for each thread 4 bytes for every pair of an observation of its view and another
+// of the same point.
 std::vector<std::vector<Neighbor>> SelectNeighbors(const Scene& scene,
                                                    const ViewSelectionOptions& options,
                                                    const RunContext& context);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
+#include <optional>
 #include <vector>
 
 namespace lsmvs {
@@ -21,6 +23,11 @@ template <class T>
 T Median(std::vector<T>* values) {
   return ValueOfRank(values, values->size() / 2);
 }
+
+// The same of positive values that are not held: `for_all` calls its argument with each of them, in
+// any order, up to three times. Nothing if there are none. Memory: 32 MB, whatever their number.
+std::optional<double> MedianOfPositive(
+    const std::function<void(const std::function<void(double)>&)>& for_all);
 
 // The value at `share` (0 to 1) of the way from the smallest to the largest, rounded down to a
 // rank.

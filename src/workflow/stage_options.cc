@@ -110,8 +110,8 @@ void StageOptions::DescribeMaps(bool keep, OptionSet* options) {
                "are done; fusion takes the geometric ones.");
   options->AddEnum("map_format", &map_precision,
                    "How depth and normal maps are written: colmap, 16 bytes per pixel, which "
-                   "COLMAP reads, too; compact, about 2.4, within 0.01 % of the depth and 0.7 "
-                   "degrees. Either is read (see map_converter).",
+                   "COLMAP reads, too; compact, 1.2 to 2, within a 40th of a pixel's size of the "
+                   "depth and a third of a degree. Either is read (see map_converter).",
                    {{"colmap", MapPrecision::kExact}, {"compact", MapPrecision::kCompact}});
 }
 

@@ -43,7 +43,7 @@ void JobRun::Run(const EngineOptions& options, const std::string& word,
   std::unique_ptr<Engine> engine = MakeLocalEngine();
   if (options.kind != EngineKind::kLocal) {
     const DriverCommand command{(ProgramFolder() / "job_worker").string(), "test", {word}};
-    engine = MakeJobEngine(root(), options, command, {1, 1}, 0);
+    engine = MakeJobEngine(root(), options, command, {1, 1}, {});
   }
   RunTasks(tasks, plan, &store, &observer, context, engine.get());
 }

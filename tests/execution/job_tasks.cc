@@ -43,6 +43,12 @@ void Sleep(double seconds, const RunContext& context) {
   }
 }
 
+// Touches the memory, and holds it until somebody looks.
+void Hold(size_t num_bytes, const RunContext& context) {
+  const std::vector<char> block(num_bytes, 1);
+  Sleep(block.back() * 6, context);
+}
+
 void Obey(const std::string& hook, const fs::path& root, const RunContext& context) {
   std::istringstream words(hook);
   std::string verb;
@@ -51,6 +57,7 @@ void Obey(const std::string& hook, const fs::path& root, const RunContext& conte
   words >> number;
   if (verb == "crash") ::kill(::getpid(), SIGKILL);
   if (verb == "sleep") Sleep(number, context);
+  if (verb == "hold") Hold(static_cast<size_t>(number), context);
   if (verb == "wrong") throw InputError((root / "photo").string(), "is dark", "take another");
   if (verb == "memory" && context.memory_budget_bytes < static_cast<size_t>(number)) {
     throw MemoryError("does not fit");

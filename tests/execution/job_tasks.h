@@ -16,6 +16,7 @@ namespace lsmvs {
 // start, the last one when the file is empty:
 //   crash          the process kills itself
 //   sleep SECONDS
+//   hold BYTES     takes so much memory for some seconds
 //   wrong          InputError
 //   memory BYTES   MemoryError unless the process may take so much
 //   change         ROOT/photo gets other contents

@@ -3,11 +3,14 @@
 
 #include <chrono>
 #include <fstream>
+#include <numeric>
 #include <thread>
 
 #include "job_run.h"
 #include "job_tasks.h"
 #include "lsmvs/execution/job_order.h"
+#include "lsmvs/execution/jobs/job_needs.h"
+#include "lsmvs/execution/jobs/ready_tasks.h"
 #include "lsmvs/execution/jobs/task_slices.h"
 #include "lsmvs/execution/run_status.h"
 #include "lsmvs/execution/run_tasks.h"
@@ -64,6 +67,7 @@ TEST(Jobs, SeveralTasksShareAJob) {
       "echo {count} >> " + (run.root() / "starts/counts").string() + "; sh {commands}";
   fs::create_directories(run.root() / "starts");
   options.job_minutes = 5;
+  options.jobs_at_once = 1;
   run.Run(options);
   EXPECT_EQ(run.Results(), LocalResults());
   EXPECT_EQ(ReadText(run.root() / "starts/counts"), "1\n1\n1\n");
@@ -237,10 +241,13 @@ std::vector<Task> RowOfTasks(const std::vector<int>& order) {
   return tasks;
 }
 
+// All of one length.
+SliceLengths Lengths(double seconds) { return {.longest = seconds, .shortest = seconds}; }
+
 TEST(TaskSlices, HoldTasksThatReadTheSameFiles) {
   const std::vector<Task> tasks = RowOfTasks({0, 10, 1, 11, 2, 12, 3, 13});
   const std::vector<size_t> all = {0, 1, 2, 3, 4, 5, 6, 7};
-  const auto slices = SliceTasks(tasks, all, 4);
+  const auto slices = SliceTasks(tasks, all, Lengths(4), 8);
   ASSERT_EQ(slices.size(), 2u);
   EXPECT_THAT(slices[0], testing::ElementsAre(0, 2, 4, 6));
   EXPECT_THAT(slices[1], testing::ElementsAre(1, 3, 5, 7));
@@ -249,9 +256,50 @@ TEST(TaskSlices, HoldTasksThatReadTheSameFiles) {
 TEST(TaskSlices, HaveAtLeastOneTaskAndNoMoreThanTheTime) {
   const std::vector<Task> tasks = RowOfTasks({0, 1, 2, 3, 4});
   const std::vector<size_t> all = {0, 1, 2, 3, 4};
-  EXPECT_EQ(SliceTasks(tasks, all, 0).size(), 5u);
-  EXPECT_EQ(SliceTasks(tasks, all, 2.5).size(), 3u);
-  EXPECT_EQ(SliceTasks(tasks, all, 100).size(), 1u);
+  EXPECT_EQ(SliceTasks(tasks, all, Lengths(0), 5).size(), 5u);
+  EXPECT_EQ(SliceTasks(tasks, all, Lengths(2.5), 5).size(), 3u);
+  EXPECT_EQ(SliceTasks(tasks, all, Lengths(100), 5).size(), 1u);
+}
+
+TEST(TaskSlices, GetShorterTowardsTheEnd) {
+  std::vector<int> order(100);
+  std::iota(order.begin(), order.end(), 0);
+  const std::vector<Task> tasks = RowOfTasks(order);
+  std::vector<size_t> all(100);
+  std::iota(all.begin(), all.end(), size_t{0});
+  const SliceLengths lengths{.longest = 20, .shortest = 5, .jobs_at_once = 2};
+  std::vector<size_t> sizes;
+  for (const auto& slice : SliceTasks(tasks, all, lengths, 100)) sizes.push_back(slice.size());
+  EXPECT_THAT(sizes, testing::ElementsAre(20, 20, 15, 11, 8, 6, 5, 5, 5, 5));
+  EXPECT_EQ(SliceTasks(tasks, all, lengths, 100, 3).size(), 3u);
+}
+
+TEST(TaskSlices, KeepAllMachinesBusyWhereThereIsLittleToDo) {
+  const EngineOptions options;
+  // Nine seconds on two machines: two jobs. A thousand: no job below a twentieth of a machine's
+  // part.
+  EXPECT_DOUBLE_EQ(LengthsOfJobs(9, 1, 2, options).shortest, 4.5);
+  EXPECT_DOUBLE_EQ(LengthsOfJobs(1000, 1, 2, options).shortest, 25);
+  EXPECT_DOUBLE_EQ(LengthsOfJobs(1000, 1, 2, options).longest, 300);
+  EXPECT_DOUBLE_EQ(LengthsOfJobs(4000, 4, 2, options).shortest, 100);
+}
+
+TEST(ReadyTasks, AreThoseWhoseInputsAreThere) {
+  JobRun run;
+  const std::vector<Task> tasks = MakeJobTasks(run.root(), "word");
+  std::vector<size_t> all(tasks.size());
+  std::iota(all.begin(), all.end(), size_t{0});
+  ReadyTasks ready(tasks, all);
+  EXPECT_THAT(ready.ready(), testing::ElementsAre(0, 1, 2, 3, 4, 5));
+  EXPECT_EQ(ready.NumBlocked(), 7u);
+  while (!ready.ready().empty()) {
+    const size_t next = *ready.ready().begin();
+    ready.Take(next);
+    EXPECT_FALSE(ready.ready().contains(next));
+    ready.OnDone(next);
+  }
+  EXPECT_EQ(ready.NumBlocked(), 0u);
+  EXPECT_NEAR(ready.seconds_left(), 0, 1e-9);
 }
 
 TEST(TaskSlices, RoundsFollowFiles) {

@@ -102,6 +102,33 @@ TEST(Slurm, AJobThatCrashesIsStartedAgain) {
   EXPECT_EQ(NumStarts(run.root(), "second4"), 2u);
 }
 
+TEST(Slurm, AJobThatTakesMoreMemoryThanItAskedForGetsMore) {
+  LSMVS_REQUIRE_SLURM(cluster);
+  JobRun run;
+  // A job asks for 256 MB at first, then for 512.
+  AddHook(run.root(), "second4", "hold 400000000");
+  AddHook(run.root(), "second4", "hold 400000000");
+  run.Run(Slurm());
+  EXPECT_EQ(run.Results(), LocalResults());
+  EXPECT_THAT(run.observer.Notes(), HasSubstr("took more memory than it had asked for"));
+  EXPECT_THAT(run.observer.Notes(), HasSubstr("with more memory"));
+  EXPECT_EQ(NumStarts(run.root(), "second4"), 2u);
+}
+
+// Slurm looks at limits once or twice a minute.
+TEST(Slurm, AJobThatReachesItsTimeLimitIsStartedAgain) {
+  LSMVS_REQUIRE_SLURM(cluster);
+  JobRun run;
+  AddHook(run.root(), "second4", "sleep 300");
+  EngineOptions options = Slurm();
+  options.time = "1";
+  run.Run(options);
+  EXPECT_EQ(run.Results(), LocalResults());
+  EXPECT_THAT(run.observer.Notes(), HasSubstr("reached its time limit on n"));
+  EXPECT_THAT(run.observer.Notes(), testing::Not(HasSubstr("with more time")));
+  EXPECT_EQ(NumStarts(run.root(), "second4"), 2u);
+}
+
 TEST(Slurm, WorkOfANodeThatDiesIsDoneOnAnother) {
   LSMVS_REQUIRE_SLURM(cluster);
   JobRun run;

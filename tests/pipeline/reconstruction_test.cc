@@ -3,9 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <set>
 
+#include "lsmvs/execution/file_table.h"
+#include "lsmvs/execution/job_order.h"
+#include "lsmvs/pipeline/job_scene.h"
 #include "lsmvs/synthetic/synthetic_scene.h"
+#include "lsmvs/test_support/temporary_folder.h"
 #include "lsmvs/util/error.h"
 
 namespace lsmvs {
@@ -226,6 +231,102 @@ TEST(Box, ParsesSixNumbers) {
        {"1", "1,2,3,4,5", "0,0,0,1,1,1,1", "1,0,0,0,1,1", "a,b,c,d,e,f", "0,0,0,1,1,nan"}) {
     EXPECT_THROW(ParseBox("b", bad), UsageError) << bad;
   }
+}
+
+// The sphere with views in one file, and read again for views 1 and 3; view 3 sees too few points.
+class JobScene : public testing::Test {
+ protected:
+  JobScene() {
+    Scene scene = MakeScene(ShapeName::kSphere, kNumViews, 64, 48).scene;
+    scene.world_offset = {1000, 2000, 0};
+    size_t seen_by_three = 0;
+    for (SparsePoint& point : scene.points) {
+      const bool sees = std::count(point.view_idxs.begin(), point.view_idxs.end(), 3) > 0;
+      if (sees && ++seen_by_three > kMinPointsOfView / 2) std::erase(point.view_idxs, 3);
+    }
+    whole_ = MakeReconstruction(scene, files_, {}, RunContext(1));
+    WriteJobScene(Path(), *whole_);
+  }
+  fs::path Path() const { return folder_.path() / "scene"; }
+  ReconstructionPtr Read() const {
+    const auto& views = whole_->scene.views;
+    return ReadJobScene(Path(), {views[1].name, views[3].name}, files_, {}, RunContext(1));
+  }
+
+  TemporaryFolder folder_;
+  std::shared_ptr<const WorkspaceFiles> files_ = std::make_shared<NamedFiles>();
+  ReconstructionPtr whole_;
+};
+
+TEST_F(JobScene, GivesTheTasksOfTheWholeScene) {
+  const ReconstructionPtr part = Read();
+  const std::vector<Task> tasks = AllTasks(part), expected = AllTasks(whole_);
+  ASSERT_EQ(tasks.size(), expected.size());
+  const FileTable table(folder_.path());
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    EXPECT_EQ(tasks[i].name, expected[i].name);
+    EXPECT_EQ(IdentityOf(tasks[i], table), IdentityOf(expected[i], table)) << tasks[i].name;
+  }
+  EXPECT_EQ(part->scene.world_offset, whole_->scene.world_offset);
+  for (size_t v = 0; v < whole_->scene.views.size(); ++v) {
+    const View &a = part->scene.views[v], &b = whole_->scene.views[v];
+    EXPECT_EQ(a.cam_from_world.rotation, b.cam_from_world.rotation);
+    EXPECT_EQ(a.cam_from_world.translation, b.cam_from_world.translation);
+    EXPECT_EQ(part->depth_ranges[v].min, whole_->depth_ranges[v].min);
+    EXPECT_EQ(part->depth_ranges[v].max, whole_->depth_ranges[v].max);
+  }
+}
+
+// Points that the view sees, in the scene's order.
+std::vector<Eigen::Vector3d> PointsOf(const Scene& scene, int view_idx) {
+  std::vector<Eigen::Vector3d> points;
+  for (const SparsePoint& point : scene.points) {
+    const auto& views = point.view_idxs;
+    if (std::find(views.begin(), views.end(), view_idx) != views.end()) {
+      points.push_back(point.x_in_world);
+    }
+  }
+  return points;
+}
+
+TEST_F(JobScene, HasThePointsThatItsViewsStartFrom) {
+  const ReconstructionPtr part = Read();
+  EXPECT_EQ(PointsOf(part->scene, 1), PointsOf(whole_->scene, 1));
+  EXPECT_TRUE(PointsOf(part->scene, 0).empty());
+  EXPECT_TRUE(PointsOf(part->scene, 3).empty()) << "too few: those in its image count";
+  ASSERT_LT(PointsOf(whole_->scene, 3).size(), kMinPointsOfView);
+  const std::vector<uint32_t> in_image = PointsInImage(whole_->scene, 3);
+  const std::vector<uint32_t> in_part = PointsInImage(part->scene, 3);
+  ASSERT_EQ(in_part.size(), in_image.size());
+  for (size_t i = 0; i < in_image.size(); ++i) {
+    EXPECT_EQ(part->scene.points[in_part[i]].x_in_world,
+              whole_->scene.points[in_image[i]].x_in_world);
+  }
+}
+
+TEST_F(JobScene, HasNoPointsThatOnlyOthersSee) {
+  const ReconstructionPtr part =
+      ReadJobScene(Path(), {whole_->scene.views[1].name}, files_, {}, RunContext(1));
+  EXPECT_EQ(part->scene.points.size(), PointsOf(whole_->scene, 1).size());
+  EXPECT_LT(part->scene.points.size(), whole_->scene.points.size());
+}
+
+TEST_F(JobScene, ThatIsNotWholeIsRefused) {
+  std::ifstream file(Path(), std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  for (size_t size = 0; size < bytes.size(); size += 997) {
+    std::ofstream(Path(), std::ios::binary) << bytes.substr(0, size);
+    EXPECT_THROW(Read(), InputError) << size;
+  }
+}
+
+TEST_F(JobScene, IsForTasksOfDepthMapsOnly) {
+  const std::set<std::string> both = {"a/b.jpg", "c.jpg"};
+  EXPECT_EQ(ViewsOfStereoTasks(
+                {"patch_match_stereo/geometric/a/b.jpg", "patch_match_stereo/photometric/c.jpg"}),
+            both);
+  EXPECT_TRUE(ViewsOfStereoTasks({"patch_match_stereo/geometric/a.jpg", "stereo_fusion"}).empty());
+  EXPECT_TRUE(ViewsOfStereoTasks({}).empty());
 }
 
 }  // namespace

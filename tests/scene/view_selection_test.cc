@@ -400,5 +400,32 @@ TEST(ViewSelectionOptions, DefaultsAreValidAndEachBoundIsKept) {
   refuses([](auto* o) { o->min_num_shared_points = 0; }, "min_num_shared_points");
 }
 
+// Twenty views that all see 40,000 points: half of the points are looked at, and count twice.
+TEST(SelectNeighbors, LooksAtSomeOfThePointsThatManyViewsSee) {
+  Scene scene = RingScene(20, 90.0);
+  for (SparsePoint& point : scene.points) {
+    point.view_idxs.resize(20);
+    std::iota(point.view_idxs.begin(), point.view_idxs.end(), 0);
+  }
+  const size_t num_points = scene.points.size();
+  while (scene.points.size() < 40000) {
+    SparsePoint point = scene.points[scene.points.size() % num_points];
+    point.x_in_world *= 1 + 1e-6 * static_cast<double>(scene.points.size());
+    scene.points.push_back(point);
+  }
+  Scene half = scene;
+  half.points.clear();
+  for (size_t p = 0; p < scene.points.size(); p += 2) half.points.push_back(scene.points[p]);
+  const auto all = SelectNeighbors(scene, {}, RunContext()),
+             some = SelectNeighbors(half, {}, RunContext());
+  for (size_t v = 0; v < all.size(); ++v) {
+    ASSERT_EQ(ViewsOf(all[v]), ViewsOf(some[v]));
+    for (size_t n = 0; n < all[v].size(); ++n) {
+      EXPECT_NEAR(all[v][n].score, 2 * some[v][n].score, 1e-6 * all[v][n].score);
+      EXPECT_EQ(all[v][n].num_shared_points, 2 * some[v][n].num_shared_points);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lsmvs

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -24,6 +27,24 @@ TEST(StatisticsTest, RanksAreThoseOfTheSortedValues) {
     EXPECT_EQ(Quantile(&values, 1), sorted.back());
     EXPECT_EQ(Quantile(&values, 0.25), sorted[(count - 1) / 4]);
   }
+}
+
+TEST(StatisticsTest, MedianOfValuesThatAreNotHeld) {
+  std::mt19937 random(3);
+  for (const size_t count : {1, 2, 3, 10, 1001, 5000}) {
+    std::vector<double> values(count);
+    // Many are alike, others differ in the last bits.
+    for (double& value : values) {
+      value = std::exp(static_cast<double>(random() % 5)) *
+              (1 + 1e-15 * static_cast<double>(random() % 7));
+    }
+    const auto for_all = [&](const std::function<void(double)>& visit) {
+      for (const double value : values) visit(value);
+    };
+    std::vector<double> held = values;
+    EXPECT_EQ(MedianOfPositive(for_all), Median(&held));
+  }
+  EXPECT_EQ(MedianOfPositive([](const std::function<void(double)>&) {}), std::nullopt);
 }
 
 }  // namespace

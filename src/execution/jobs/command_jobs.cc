@@ -80,6 +80,9 @@ class CommandJobs : public JobSystem {
     return fmt::format("{} {} {}", HostName(), child.id(), StartTime(child.id()));
   }
 
+  // The command that runs jobs knows of one batch only.
+  bool HasQueue() const override { return false; }
+
   // It may run, but nothing tells.
   std::optional<std::string> Find(const JobBatch& /*batch*/) override { return std::nullopt; }
 

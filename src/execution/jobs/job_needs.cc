@@ -1,6 +1,7 @@
 #include "lsmvs/execution/jobs/job_needs.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "lsmvs/execution/job_order.h"
 
@@ -12,8 +13,8 @@ constexpr double kMoreBytes = 256e6;
 constexpr double kProgramShare = 0.95;
 constexpr double kMoreTime = 4;
 constexpr double kMoreSeconds = 600;
-constexpr double kSlicesPerJob = 4;
-constexpr double kLeastSliceSeconds = 60;
+// The shortest jobs, as a part of what one machine does, and in seconds.
+constexpr double kShortestShare = 0.05, kLeastShortest = 5, kMostShortest = 60;
 }  // namespace
 
 size_t JobMemoryBytes(const Task& task, const PlannedTask& planned, size_t process_bytes,
@@ -34,10 +35,15 @@ double JobTimeLimit(double planned_cpu_seconds, int num_threads, double factor) 
   return (kMoreTime * planned_cpu_seconds / num_threads + kMoreSeconds) * factor;
 }
 
-double SliceSeconds(double all_cpu_seconds, int num_threads, const EngineOptions& options) {
-  const double longest = 60 * options.job_minutes * num_threads;
-  const double shortest = std::min(longest, kLeastSliceSeconds * num_threads);
-  return std::clamp(all_cpu_seconds / (kSlicesPerJob * options.max_jobs), shortest, longest);
+SliceLengths LengthsOfJobs(double all_cpu_seconds, int num_threads, size_t jobs_at_once,
+                           const EngineOptions& options) {
+  const double share = all_cpu_seconds / num_threads / static_cast<double>(jobs_at_once);
+  const double wanted = std::clamp(kShortestShare * share, kLeastShortest, kMostShortest);
+  // As many on each machine.
+  const double count = std::max(1.0, std::round(share / wanted));
+  return {.longest = 60 * options.job_minutes * num_threads,
+          .shortest = share / count * num_threads,
+          .jobs_at_once = jobs_at_once};
 }
 
 }  // namespace lsmvs

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "lsmvs/execution/engine.h"
+#include "lsmvs/execution/jobs/task_slices.h"
 
 namespace lsmvs {
 
@@ -21,8 +22,10 @@ size_t JobMemoryBytes(const Task& task, const PlannedTask& planned, size_t proce
                       double factor, const std::optional<JobLimits>& limits);
 // Limit of time of a job [s]: four times what the plan says, times the factor, and ten minutes.
 double JobTimeLimit(double planned_cpu_seconds, int num_threads, double factor);
-// CPU time of the tasks of a slice [s]: short enough that `max_jobs` jobs at once have several
-// slices each, but not below a minute, and no longer than the options say.
-double SliceSeconds(double all_cpu_seconds, int num_threads, const EngineOptions& options);
+// Lengths of the jobs of a stage whose tasks take so much CPU time in all: at most as long as the
+// options say; the shortest a twentieth of what each of the jobs at once does, 5 to 60 s, so that
+// starting them does not count and machines hardly wait for the last one.
+SliceLengths LengthsOfJobs(double all_cpu_seconds, int num_threads, size_t jobs_at_once,
+                           const EngineOptions& options);
 
 }  // namespace lsmvs

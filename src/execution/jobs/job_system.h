@@ -55,6 +55,9 @@ class JobSystem {
   // Ends the jobs of the batch that wait or run.
   virtual void Cancel(const std::string& handle) = 0;
   virtual std::optional<JobLimits> Limits() const { return std::nullopt; }
+  // Whether batches that are submitted wait for machines with those that run, so that several may
+  // be under way.
+  virtual bool HasQueue() const = 0;
 };
 
 std::unique_ptr<JobSystem> MakeSlurmJobs(const EngineOptions& options);

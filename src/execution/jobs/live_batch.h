@@ -17,6 +17,7 @@ struct LiveSlice {
   std::vector<size_t> task_idxs;   // as in the order
   std::vector<bool> is_collected;  // as task_idxs: done, or to be done by another job
   JobStatus status;
+  bool was_asked_for = false;  // the job system has told `status`
   // When the job system first said that the job has ended.
   std::optional<std::chrono::steady_clock::time_point> over_since;
 

@@ -110,10 +110,12 @@ class SlurmJobs : public JobSystem {
     return jobs;
   }
 
+  bool HasQueue() const override { return true; }
+
   void Cancel(const std::string& handle) override { RunAndRead(Program("scancel"), {handle}); }
 
   std::optional<JobLimits> Limits() const override {
-    std::vector<std::string> arguments = {"-h", "-e", "-o", "%c|%m"};
+    std::vector<std::string> arguments = {"-h", "-e", "-o", "%c|%m|%D"};
     if (!options_.partition.empty()) arguments.insert(arguments.end(), {"-p", options_.partition});
     const ProgramOutput output = RunAndRead(Program("sinfo"), arguments);
     if (!HasSucceeded(output.status)) {
@@ -122,13 +124,15 @@ class SlurmJobs : public JobSystem {
                   fmt::format("sinfo {}: {}; check that Slurm runs (sinfo, scontrol ping)",
                               DescribeStatus(output.status), LastLines(text)));
     }
-    JobLimits limits{0, 0};
+    JobLimits limits{0, 0, 0};
     std::istringstream lines(output.text);
     for (std::string line; std::getline(lines, line);) {
       const std::vector<std::string> fields = Fields(line);
-      if (fields.size() != 2) continue;
+      if (fields.size() != 3) continue;
       // Nodes of several kinds: "64+".
-      limits.num_threads = std::max(limits.num_threads, std::atoi(fields[0].c_str()));
+      const int num_threads = std::atoi(fields[0].c_str());
+      limits.num_threads = std::max(limits.num_threads, num_threads);
+      limits.num_threads_in_all += num_threads * std::atoi(fields[2].c_str());
       limits.memory_bytes =
           std::max(limits.memory_bytes, static_cast<size_t>(std::atoll(fields[1].c_str())) << 20);
     }

@@ -9,6 +9,8 @@ namespace lsmvs {
 namespace {
 
 constexpr size_t kMaxReaders = 64;
+// Tasks of equal costs are to fill a slice in spite of rounding.
+constexpr double kSlack = 1e-6;
 
 class Slicer {
  public:
@@ -26,10 +28,13 @@ class Slicer {
     }
   }
 
-  std::vector<std::vector<size_t>> Slices(double seconds) {
+  std::vector<std::vector<size_t>> Slices(const SliceLengths& lengths, double seconds_left,
+                                          size_t max_slices) {
     std::vector<std::vector<size_t>> slices;
-    for (size_t first = 0; first < task_idxs_.size(); ++first) {
-      if (!is_taken_[first]) slices.push_back(Grow(first, seconds));
+    for (size_t first = 0; first < task_idxs_.size() && slices.size() < max_slices; ++first) {
+      if (is_taken_[first]) continue;
+      slices.push_back(Grow(first, lengths.Next(seconds_left)));
+      for (const size_t i : slices.back()) seconds_left -= tasks_[i].cost.cpu_seconds;
     }
     return slices;
   }
@@ -41,7 +46,7 @@ class Slicer {
     double slice_seconds = 0;
     for (size_t t = first; t < task_idxs_.size(); t = Best(shared, first)) {
       const double task_seconds = tasks_[task_idxs_[t]].cost.cpu_seconds;
-      if (!slice.empty() && slice_seconds + task_seconds > seconds) break;
+      if (!slice.empty() && slice_seconds + task_seconds > (1 + kSlack) * seconds) break;
       is_taken_[t] = true;
       slice.push_back(task_idxs_[t]);
       slice_seconds += task_seconds;
@@ -78,9 +83,16 @@ class Slicer {
 
 }  // namespace
 
+double SliceLengths::Next(double seconds_left) const {
+  const double share = seconds_left / (2.0 * static_cast<double>(jobs_at_once));
+  return std::clamp(share, std::min(shortest, longest), longest);
+}
+
 std::vector<std::vector<size_t>> SliceTasks(const std::vector<Task>& tasks,
-                                            std::span<const size_t> task_idxs, double seconds) {
-  return Slicer(tasks, task_idxs).Slices(seconds);
+                                            std::span<const size_t> task_idxs,
+                                            const SliceLengths& lengths, double seconds_left,
+                                            size_t max_slices) {
+  return Slicer(tasks, task_idxs).Slices(lengths, seconds_left, max_slices);
 }
 
 std::vector<std::vector<size_t>> RoundsOf(const std::vector<Task>& tasks,

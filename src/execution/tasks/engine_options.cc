@@ -17,8 +17,12 @@ void EngineOptions::Describe(OptionSet* options) {
                "program that takes the number of a line (from 1), or finds it in the variables of "
                "PBS, SGE or Slurm; {count}, {threads}, {memory_mb} and {seconds} for the number of "
                "jobs and what each needs; {folder} for a folder that may be used.");
+  options->Add("jobs_at_once", &jobs_at_once,
+               "With --engine command: how many jobs the command runs at once, about; work is "
+               "divided accordingly.",
+               {1, 100000});
   options->Add("job_minutes", &job_minutes,
-               "Short tasks share a job of about this length [minutes]; 0: each has its own.",
+               "Short tasks share a job of at most this length [minutes]; 0: each has its own.",
                {0, 10000});
   options->Add("max_attempts", &max_attempts,
                "How often a task is started whose job or node fails, before the run gives up.",

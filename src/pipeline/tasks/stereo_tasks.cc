@@ -108,7 +108,7 @@ Task MakeStereoTask(const ReconstructionPtr& reconstruction, int view_idx, Depth
       fmt::format("{}/{}/{}", kStereoStage, KindName(kind), reconstruction->scene.views[view].name);
   task.version = kStereoVersion;
   task.options = TaskOptionsText(*reconstruction, options.view_selection, options.patch_match);
-  if (options.map_precision == MapPrecision::kCompact) task.options += "map_format=compact\n";
+  if (options.map_precision == MapPrecision::kCompact) task.options += "map_format=compact 2\n";
   AddModelInputs(*reconstruction, &task);
   AddPhotoInputs(*reconstruction, view_idx, &task);
   for (const Neighbor& n : reconstruction->neighbors[view]) {

@@ -46,6 +46,14 @@ std::string ScratchLine(const PlannedStage& stage) {
                      FormatBytes(stage.scratch_bytes));
 }
 
+// Why a stage is not divided.
+std::string WhyAlone(const std::string& stage) {
+  if (stage == kFusionStage) return "each photo's points depend on those of the photos before";
+  if (stage == kSurfaceStage) return "tetrahedra and the cut need all points";
+  if (stage == kRefinementStage) return "each step needs the one before";
+  return "it has one step";
+}
+
 // How a stage is divided into jobs.
 std::string JobLine(const PlannedStage& stage, const PlanHeader& header) {
   const auto found = header.divisions.find(stage.name);
@@ -55,7 +63,8 @@ std::string JobLine(const PlannedStage& stage, const PlanHeader& header) {
                                         division.num_threads == 1 ? "thread" : "threads",
                                         FormatBytes(division.memory_bytes));
   if (division.num_jobs == 1) {
-    return fmt::format("  {:<20} a single job, not divided: {}\n", "", needs);
+    return fmt::format("  {:<20} a single job, not divided ({}): {}\n", "",
+                       stage.end - stage.begin > 1 ? "it is short" : WhyAlone(stage.name), needs);
   }
   return fmt::format("  {:<20} {} jobs of about {}, {} at once: {} each\n", "", division.num_jobs,
                      FormatSeconds(division.job_seconds), division.jobs_at_once, needs);

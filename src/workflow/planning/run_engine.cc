@@ -50,7 +50,8 @@ RunResources FindResources(const EngineOptions& options, const CommandContext& c
 }
 
 std::unique_ptr<Engine> MakeEngine(const std::filesystem::path& root, const EngineOptions& options,
-                                   const RunResources& resources, size_t process_bytes) {
+                                   const RunResources& resources,
+                                   const ProcessBytes& process_bytes) {
   if (options.kind == EngineKind::kLocal) return MakeLocalEngine();
   return MakeJobEngine(root, options, resources.context.driver, resources.threads, process_bytes);
 }

@@ -25,7 +25,8 @@ RunResources FindResources(const EngineOptions& options, const CommandContext& c
 
 // The engine that the options name. Throws UsageError for options that do not fit together.
 std::unique_ptr<Engine> MakeEngine(const std::filesystem::path& root, const EngineOptions& options,
-                                   const RunResources& resources, size_t process_bytes);
+                                   const RunResources& resources,
+                                   const ProcessBytes& process_bytes);
 
 // How the stages that run are divided, by their names; those that run in this process are left out.
 std::map<std::string, StageDivision> DivideStages(const Engine& engine,

@@ -4,6 +4,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <set>
 
 #include "lsmvs/colmap_adapter/cloud_inputs.h"
 #include "lsmvs/colmap_adapter/joined_models.h"
@@ -11,6 +12,7 @@
 #include "lsmvs/colmap_adapter/workspace_files.h"
 #include "lsmvs/execution/run_store.h"
 #include "lsmvs/execution/run_tasks.h"
+#include "lsmvs/pipeline/job_scene.h"
 #include "lsmvs/program/version.h"
 #include "lsmvs/scene/contrast_check.h"
 #include "lsmvs/util/duration_text.h"
@@ -49,11 +51,18 @@ class ConsoleObserver : public RunObserver {
   Console* console_;
 };
 
-// What the process takes beside the stages.
-size_t ProcessBytes() {
-  // Pages of the program and its libraries that only the stages touch.
-  constexpr size_t kCodeBytes = size_t{12} << 20;
-  return ResidentBytes() + kCodeBytes;
+// Pages of the program and its libraries that only the stages touch.
+constexpr size_t kCodeBytes = size_t{12} << 20;
+
+// What this process takes beside the stages, and jobs that have all of the scene or, for depth
+// maps, what JobScene holds.
+ProcessBytes FindProcessBytes(const Reconstruction& reconstruction, const CommandContext& context) {
+  constexpr size_t kBytesOfView = 8192;  // with its tasks: measured on 10,000 photos
+  const size_t views = kBytesOfView * reconstruction.scene.views.size();
+  ProcessBytes bytes;
+  bytes.alone = ResidentBytes() + kCodeBytes;
+  bytes.shared = std::min(bytes.alone, context.process_bytes + kCodeBytes + views);
+  return bytes;
 }
 
 // Whether photos are compared.
@@ -126,20 +135,48 @@ PlanOptions MakePlanOptions(const DenseWorkspace& workspace, const StageOptions&
   return options;
 }
 
+bool RunsStereo(const RunPlan& plan) {
+  return std::any_of(plan.stages.begin(), plan.stages.end(), [](const PlannedStage& stage) {
+    return stage.num_run > 0 && stage.name == kStereoStage;
+  });
+}
+
+// Of a job for depth maps; nothing for others.
+ReconstructionPtr OpenForJob(const DenseWorkspace& workspace, const StageOptions& stage,
+                             const ReconstructionOptions& options, const CommandContext& context) {
+  const std::filesystem::path& root = context.job->root;
+  const JobOrder order = ReadJobOrder(JobsFolder(root) / context.job->number.batch);
+  if (context.job->number.slice >= order.slices.size()) return nullptr;
+  std::vector<std::string> names;
+  for (const OrderedTask& task : order.slices[context.job->number.slice]) {
+    names.push_back(task.name);
+  }
+  const std::set<std::string> views = ViewsOfStereoTasks(names);
+  const std::filesystem::path scene = JobScenePath(root);
+  if (views.empty() || !std::filesystem::exists(scene)) return nullptr;
+  return ReadJobScene(
+      scene, views,
+      MakeColmapWorkspaceFiles(workspace, stage.Database(workspace), stage.sources_path), options,
+      context.run);
+}
+
 }  // namespace
 
 ReconstructionPtr OpenReconstruction(const DenseWorkspace& workspace, const StageOptions& stage,
                                      const ReconstructionOptions& options,
                                      const CommandContext& own_context, PhotoUse photos) {
   const CommandContext context = FindResources(stage.engine, own_context).context;
+  ReconstructionOptions seeded = options;
+  seeded.seed = context.run.seed;
+  if (context.job && photos == PhotoUse::kPixels) {
+    if (ReconstructionPtr part = OpenForJob(workspace, stage, seeded, context)) return part;
+  }
   LoadSceneOptions load;
   load.mask_folder = stage.mask_path;
   load.alpha_is_mask = stage.alpha_is_mask;
   load.skip_missing_images = stage.skip_missing_images;
   load.check_images = photos == PhotoUse::kPixels;
   load.ignore_distortion = photos == PhotoUse::kNoCamera;
-  ReconstructionOptions seeded = options;
-  seeded.seed = context.run.seed;
   ReconstructionPtr reconstruction = MakeReconstruction(
       LoadScene(workspace, load),
       MakeColmapWorkspaceFiles(workspace, stage.Database(workspace), stage.sources_path), seeded,
@@ -177,9 +214,10 @@ void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstru
   const RunResources resources = FindResources(stage.engine, own_context);
   const CommandContext& context = resources.context;
   RunStore store(workspace.folder, VersionLine());
-  const size_t process_bytes = ProcessBytes();
+  const ProcessBytes of_processes = FindProcessBytes(reconstruction, own_context);
+  const size_t process_bytes = of_processes.alone;
   const std::unique_ptr<Engine> engine =
-      MakeEngine(workspace.folder, stage.engine, resources, process_bytes);
+      MakeEngine(workspace.folder, stage.engine, resources, of_processes);
   const PlanOptions options = MakePlanOptions(workspace, stage, process_bytes, context);
   RunPlan plan = PlanRun(tasks, options, &store);
   if (MeasureCosts(plan, &tasks)) plan = PlanRun(tasks, options, &store);
@@ -193,6 +231,9 @@ void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstru
     CheckScratchFits(header, plan, disk);
   }
   if (Matches(plan)) CheckContrast(reconstruction.scene, *reconstruction.images, context.run);
+  if (!header.divisions.empty() && RunsStereo(plan)) {
+    WriteJobScene(JobScenePath(workspace.folder), reconstruction);
+  }
   ConsoleObserver observer(plan, header, context.console);
   RunTasks(tasks, plan, &store, &observer, context.run, engine.get());
   context.console->Print("results\n" + ResultText(tasks, plan));
