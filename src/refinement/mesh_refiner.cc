@@ -14,6 +14,7 @@
 #include "lsmvs/refinement/finishing/region_rollback.h"
 #include "lsmvs/refinement/finishing/vertex_quality.h"
 #include "lsmvs/refinement/regions/refinement_checkpoints.h"
+#include "lsmvs/refinement/step/crease_weights.h"
 #include "lsmvs/refinement/step/level_optimizer.h"
 #include "lsmvs/refinement/step/mesh_adaptation.h"
 #include "lsmvs/refinement/step/smoothness.h"
@@ -296,6 +297,7 @@ class MeshRefiner {
   SmoothnessGain Gain(const FacePairs& pairs) const {
     Smoothness plate(result_.mesh, {options_.smoothness, options_.membrane, options_.laplacian});
     const std::vector<double> pixel_size = MeanPixelSizes(result_.mesh, pairs);
+    SoftenAtCreases(pixel_size, &plate);
     const auto energies = [&](const TriangleMesh& mesh) {
       plate.SetGeometry(mesh.vertices, VertexDirections(mesh), pixel_size, context_);
       return plate.Energies();
@@ -309,6 +311,15 @@ class MeshRefiner {
       gain.of_vertex[v] = pairs.per_face * (gain.of_vertex[v] - after[v]);
     }
     return gain;
+  }
+
+  // As the last step of the optimiser found the creases.
+  void SoftenAtCreases(const std::vector<double>& pixel_size, Smoothness* plate) const {
+    if (options_.flat_stiffness == 1) return;
+    plate->SetGeometry(result_.mesh.vertices, VertexDirections(result_.mesh), pixel_size, context_);
+    const CreaseWeights weights(result_.mesh, GrowFaceRegions(result_.mesh, kFacesPerRegion),
+                                options_.flat_stiffness);
+    plate->SetFactors(weights.Factors(plate->SquaredLaplacians(), plate->rings(), context_));
   }
 
   void Simplify(const RunContext& context) {

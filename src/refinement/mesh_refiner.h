@@ -55,6 +55,10 @@ struct MeshRefinerOptions {
   // the sum of 1 - ZNCC over pixels. Raising it smooths; it depends neither on the unit of the
   // scene nor on the size of the facets.
   double smoothness = 0.05;
+  // How many times stiffer the plate is where the surface is flat for its surroundings than where
+  // it has creases (see CreaseWeights). Raising it takes more noise out of plain surfaces; 1: the
+  // same everywhere.
+  double flat_stiffness = 30.0;
   // Weight of the membrane (length in pixels) relative to the thin plate. Raising it shrinks thin
   // parts.
   double membrane = 0.0;
@@ -119,6 +123,7 @@ struct RefinementLevelSummary {
   // level.
   double initial_photo_error = 0, final_photo_error = 0;
   // After every evaluation, what is minimised: photo error summed over pixels plus smoothness.
+  // Where the plate is stiffened between steps, with the stiffness of the step that follows.
   std::vector<double> energies;
   double seconds = 0;
 };
@@ -154,7 +159,8 @@ struct RefinementResult : RefinementCounts {
 // refinement), and adapts the triangles to what the photos resolve.
 //
 // Minimises sum over ordered pairs (i, j) of views, over the pixels of i, of 1 - ZNCC(I_i, I_j
-// reprojected into i through the surface), plus a thin-plate term. ZNCC is taken over a square
+// reprojected into i through the surface), plus a thin-plate term that is stiff where the surface
+// is flat and soft at its creases. ZNCC is taken over a square
 // window, over the pixels that both views see; it does not change under gain and offset of a photo.
 // The derivative is the exact one of the sampled (bilinear) interpolant except across occlusion
 // boundaries. Each step solves (H + S) d = -g for displacements d along the vertex normals, g the

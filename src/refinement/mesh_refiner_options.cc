@@ -32,6 +32,10 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
       "MeshRefinement.smoothness", &smoothness,
       "Weight of the thin-plate energy; raising it smooths, whatever the unit of the scene.",
       {0.0, 1e6});
+  options->Add("MeshRefinement.flat_stiffness", &flat_stiffness,
+               "How many times stiffer the thin plate is on flat parts than at creases; raising it "
+               "takes more noise out of plain surfaces; 1: the same everywhere.",
+               {1.0, 1e4});
   options->Add("MeshRefinement.membrane", &membrane,
                "Weight of the membrane relative to the thin plate; raising it shrinks thin parts.",
                {0.0, 1e3});

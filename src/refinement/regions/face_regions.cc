@@ -90,6 +90,17 @@ FaceRegions GrowFaceRegions(const TriangleMesh& mesh, int faces_per_region) {
   return regions;
 }
 
+std::vector<int32_t> RegionsOfVertices(const TriangleMesh& mesh, const FaceRegions& regions) {
+  std::vector<int32_t> of_vertex(mesh.vertices.size(), kNone);
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    for (const int v : mesh.faces[f]) {
+      int32_t& region = of_vertex[static_cast<size_t>(v)];
+      if (region == kNone) region = regions.of_face[f];
+    }
+  }
+  return of_vertex;
+}
+
 void OrderAlongCurve(TriangleMesh* mesh, std::vector<Eigen::Vector3d>* rest) {
   std::vector<int32_t> ranks(mesh->vertices.size());
   const std::vector<uint32_t> order = HilbertOrder(mesh->vertices);

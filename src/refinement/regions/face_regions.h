@@ -18,6 +18,9 @@ struct FaceRegions {
 // number, if there is one. O(#F).
 FaceRegions GrowFaceRegions(const TriangleMesh& mesh, int faces_per_region);
 
+// #V: the region of the first face of each vertex; -1 at vertices without faces. O(#F).
+std::vector<int32_t> RegionsOfVertices(const TriangleMesh& mesh, const FaceRegions& regions);
+
 // Puts the faces in the order of a space-filling curve, and the vertices (with their places in
 // `rest`, #V) in the order in which faces first use them; vertices without faces are dropped. What
 // works through the mesh then finds near to it what it needs. O(#V + #F).

@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "lsmvs/refinement/regions/cluster_colors.h"
 #include "lsmvs/refinement/regions/face_regions.h"
+#include "lsmvs/refinement/step/crease_weights.h"
 #include "lsmvs/refinement/step/line_search.h"
 #include "lsmvs/refinement/step/smoothness.h"
 #include "lsmvs/refinement/step/step_collisions.h"
+#include "lsmvs/refinement/step/step_limits.h"
 #include "lsmvs/refinement/step/step_solver.h"
 #include "lsmvs/refinement/step/vertex_frames.h"
 
@@ -34,12 +37,6 @@ constexpr double kLeftAfterEvaluation = 0.75;
 // overrate the curvature of all but constant displacements: with less of it, fewer steps lead as
 // far.
 constexpr double kCurvatureShare = 0.8;
-// What a border may go further than the surface beside it.
-constexpr double kBorderSlackPx = 1.5;
-constexpr double kMaxRoundingPx = 1e-3;
-// A step may turn a face by at most this cosine.
-constexpr double kMinTurnCosine = 0.3;
-constexpr int kFoldPasses = 3;
 
 // State of one region between steps.
 struct RegionState {
@@ -74,9 +71,12 @@ class LevelOptimizer {
   RefinementLevelSummary Run() {
     const std::vector<Eigen::Vector3d> start = mesh_.vertices;
     pixel_size_ = MeanPixelSizes(mesh_, pairs_);
-    FindRegionsOfVertices();
+    region_of_vertex_ = RegionsOfVertices(mesh_, regions_);
     if (options_.deformation == RefinementDeformation::kSequential) {
       colors_ = ColorClusters(mesh_, regions_, kFacesPerCluster);
+    }
+    if (options_.flat_stiffness > 1) {
+      creases_.emplace(mesh_, regions_, options_.flat_stiffness);
     }
     FindRim();
     directions_ = VertexDirections(mesh_);
@@ -104,16 +104,6 @@ class LevelOptimizer {
   }
 
  private:
-  void FindRegionsOfVertices() {
-    region_of_vertex_.assign(mesh_.vertices.size(), -1);
-    for (size_t f = 0; f < mesh_.faces.size(); ++f) {
-      for (const int v : mesh_.faces[f]) {
-        int32_t& region = region_of_vertex_[static_cast<size_t>(v)];
-        if (region < 0) region = regions_.of_face[f];
-      }
-    }
-  }
-
   void FindRim() {
     on_rim_ = smoothness_.rings().on_border;
     for (size_t f = 0; f < mesh_.faces.size(); ++f) {
@@ -275,65 +265,24 @@ class LevelOptimizer {
     return std::move(solution.x);
   }
 
-  std::vector<Eigen::Vector3d> Displaced(const std::vector<double>& step) const {
-    std::vector<Eigen::Vector3d> positions = mesh_.vertices;
-    for (size_t v = 0; v < positions.size(); ++v) {
-      positions[v] += step[v] * pixel_size_[v] * directions_[v];
-      positions[v] = RoundToFile(positions[v], kMaxRoundingPx * pixel_size_[v]);
-    }
-    return positions;
+  SurfaceBeforeStep Surface() const {
+    return {mesh_, smoothness_.rings(), input_, directions_, pixel_size_, fixed_, on_rim_};
   }
 
-  // Pixels from the input to where a step leads.
-  double WayFromInput(size_t v, const std::vector<double>& step) const {
-    return directions_[v].dot(mesh_.vertices[v] - input_[v]) / pixel_size_[v] + step[v];
-  }
-
-  // The windows at a border, or at what no pair sees, lie half beyond it: vertices there go little
-  // further than the surface inside.
-  void HoldBorders(std::vector<double>* step) const {
-    const VertexRings& rings = smoothness_.rings();
-    for (size_t v = 0; v < step->size(); ++v) {
-      if (!on_rim_[v] || fixed_[v]) continue;
-      double sum = 0;
-      int count = 0;
-      for (auto k = rings.begin[v]; k < rings.begin[v + 1]; ++k) {
-        const auto j = static_cast<size_t>(rings.neighbors[static_cast<size_t>(k)]);
-        if (on_rim_[j] || fixed_[j]) continue;
-        sum += WayFromInput(j, *step);
-        ++count;
-      }
-      if (count == 0) continue;
-      const double inside = sum / count, way = WayFromInput(v, *step);
-      (*step)[v] += std::clamp(way, inside - kBorderSlackPx, inside + kBorderSlackPx) - way;
-    }
-  }
-
-  // Takes back the steps of faces that would turn away from the surface around them.
-  void StopFolds(std::vector<double>* step) const {
-    for (int pass = 0; pass < kFoldPasses; ++pass) {
-      const std::vector<Eigen::Vector3d> positions = Displaced(*step);
-      bool any = false;
-      for (size_t f = 0; f < mesh_.faces.size(); ++f) {
-        const Eigen::Vector3i& face = mesh_.faces[f];
-        Eigen::Vector3d around = Eigen::Vector3d::Zero();
-        for (const int v : face) around += directions_[static_cast<size_t>(v)];
-        const Eigen::Vector3d& a = positions[static_cast<size_t>(face[0])];
-        const Eigen::Vector3d after = (positions[static_cast<size_t>(face[1])] - a)
-                                          .cross(positions[static_cast<size_t>(face[2])] - a);
-        const double cosine = after.dot(around) / (after.norm() * around.norm());
-        if (cosine >= kMinTurnCosine) continue;
-        const Eigen::Vector3d before = FaceNormalTimesTwiceArea(mesh_, f);
-        if (cosine >= before.dot(around) / (before.norm() * around.norm())) continue;
-        any = true;
-        for (const int v : face) (*step)[static_cast<size_t>(v)] = 0;
-      }
-      if (!any) return;
-    }
+  // Makes the plate stiff but at the creases that the surface has now. What is minimised changes.
+  void SoftenAtCreases() {
+    smoothness_.SetFactors(
+        creases_->Factors(smoothness_.SquaredLaplacians(), smoothness_.rings(), context_));
+    smoothness_.SetGeometry(mesh_.vertices, directions_, pixel_size_, context_);
+    SumRegions(terms_, SmoothEnergies(mesh_.vertices, directions_), &states_);
+    summary_.energies.pop_back();
+    RecordEnergy();
   }
 
   // One step of all parts of the surface. False if the level has converged.
   bool Step() {
+    // A level's first step brings out the creases that the coarser one could not see.
+    if (creases_ && summary_.num_iterations > 0) SoftenAtCreases();
     const double energy_before = summary_.energies.back();
     bool any_accepted = false;
     for (int color = 0; color < colors_.num_colors; ++color) {
@@ -349,10 +298,10 @@ class LevelOptimizer {
   // Of what may move, accepted or taken back region by region. False if no region accepted it.
   bool StepOfColor(int color) {
     std::vector<double> step = FindStep();
-    HoldBorders(&step);
-    StopFolds(&step);
+    HoldRims(Surface(), &step);
+    StopFolds(Surface(), &step);
     TriangleMesh trial;
-    trial.vertices = Displaced(step);
+    trial.vertices = Displaced(Surface(), step);
     trial.faces.swap(mesh_.faces);
     std::vector<Eigen::Vector3d> directions = VertexDirections(trial);
     PhotoTerms terms = EvaluatePhotoTerms(images_, views_, trial, directions, pairs_, active_,
@@ -378,7 +327,7 @@ class LevelOptimizer {
     TriangleMesh trial;
     trial.faces = mesh_.faces;
     const auto function = [&](const std::vector<double>& x, std::vector<double>* gradient) {
-      trial.vertices = Displaced(x);
+      trial.vertices = Displaced(Surface(), x);
       PhotoTerms terms = EvaluatePhotoTerms(images_, views_, trial, directions_, pairs_, active_,
                                             energy_options_, context_);
       smoothness_.ApplyHessian(x, context_, &scratch, &curved);
@@ -399,8 +348,8 @@ class LevelOptimizer {
         mesh_.vertices.size(), function, {options_.max_num_iterations, options_.min_relative_gain},
         &summary_.energies);
     summary_.num_iterations = static_cast<int>(summary_.energies.size()) - 1;
-    StopFolds(&step);
-    mesh_.vertices = Displaced(step);
+    StopFolds(Surface(), &step);
+    mesh_.vertices = Displaced(Surface(), step);
     directions_ = VertexDirections(mesh_);
     terms_ =
         EvaluatePhotoTerms(images_, views_, mesh_, {}, pairs_, active_, energy_options_, context_);
@@ -482,7 +431,8 @@ class LevelOptimizer {
   Smoothness smoothness_;
   const FaceRegions& regions_;
   std::vector<RegionState> states_;
-  ClusterColors colors_;  // one colour where all parts move at once
+  std::optional<CreaseWeights> creases_;  // none: the plate is the same everywhere
+  ClusterColors colors_;                  // one colour where all parts move at once
   std::vector<int32_t> region_of_vertex_;
   std::vector<uint8_t> active_, fixed_;
   std::vector<uint8_t> on_rim_;  // #V: at a border of the mesh, or of what pairs see

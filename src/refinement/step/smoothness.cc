@@ -11,7 +11,8 @@ namespace {
 constexpr size_t kVerticesPerBlock = 8192;
 // On a regular mesh the Laplacian is 4 r / h^2 and the area of a vertex sqrt(3)/2 h^2: the factor
 // of r^2 / h^2.
-constexpr double kPlateFactor = 16.0 * 0.8660254037844386;
+constexpr double kLaplacianFactor = 4.0;
+constexpr double kPlateFactor = kLaplacianFactor * kLaplacianFactor * 0.8660254037844386;
 // Weight of an edge of a regular mesh in its cotangent Laplacian.
 constexpr float kRegularEdgeWeight = 0.57735027f;
 constexpr float kMinEdgeWeight = 0.05f, kMaxEdgeWeight = 3.0f;
@@ -67,6 +68,7 @@ void Smoothness::SetGeometry(const std::vector<Eigen::Vector3d>& positions,
   if (options_.membrane > 0) membrane_.resize(rings_.neighbors.size());
   residuals_.assign(count, 0.0);
   stiffness_.assign(count, 0.0);
+  length_px_.assign(count, 0.0f);
   membrane_gradient_.assign(count, 0.0);
   membrane_diagonal_.assign(count, 0.0);
   const double membrane = 2.0 * options_.weight * options_.membrane;
@@ -88,7 +90,11 @@ void Smoothness::SetGeometry(const std::vector<Eigen::Vector3d>& positions,
     residuals_[v] = directions[v].dot(mean) / (totals[v] * pixel_size[v]);
     const double valence = static_cast<double>(First(v + 1) - First(v));
     const double h = std::max(length / valence / pixel_size[v], kMinEdgePx);
-    if (!rings_.on_border[v]) stiffness_[v] = options_.weight * kPlateFactor / (h * h);
+    if (!rings_.on_border[v]) {
+      const double factor = factors_.empty() ? 1.0 : static_cast<double>(factors_[v]);
+      stiffness_[v] = options_.weight * factor * kPlateFactor / (h * h);
+      length_px_[v] = static_cast<float>(h);
+    }
     membrane_diagonal_[v] = membrane * totals[v];
     membrane_gradient_[v] = -membrane_diagonal_[v] * residuals_[v];
   });
@@ -100,6 +106,17 @@ std::vector<double> Smoothness::Energies() const {
     energies[v] = stiffness_[v] * residuals_[v] * residuals_[v];
   }
   return energies;
+}
+
+std::vector<double> Smoothness::SquaredLaplacians() const {
+  std::vector<double> result(residuals_.size(), 0.0);
+  for (size_t v = 0; v < result.size(); ++v) {
+    if (length_px_[v] == 0) continue;
+    const double h = static_cast<double>(length_px_[v]);
+    const double laplacian = kLaplacianFactor * residuals_[v] / (h * h);
+    result[v] = laplacian * laplacian;
+  }
+  return result;
 }
 
 std::vector<double> Smoothness::Gradient(const RunContext& context) const {

@@ -29,6 +29,10 @@ class Smoothness {
   // `mesh` gives the topology; it is not kept.
   Smoothness(const TriangleMesh& mesh, const SmoothnessOptions& options);
 
+  // Multiples of the weight by vertex (#V); 1 until they are set. They count from the next
+  // SetGeometry on.
+  void SetFactors(std::vector<float> factors) { factors_ = std::move(factors); }
+
   // Takes the geometry: #V positions, unit directions and pixel sizes (> 0). Before all that
   // follows.
   void SetGeometry(const std::vector<Eigen::Vector3d>& positions,
@@ -37,6 +41,8 @@ class Smoothness {
 
   // Energy at x = 0 of each vertex' own term (#V).
   std::vector<double> Energies() const;
+  // (4 r_v / h_v^2)^2 at x = 0 (#V), in 1 / pixel^2, whatever the weights; 0 on the border.
+  std::vector<double> SquaredLaplacians() const;
   // dE/dx at x = 0 (#V).
   std::vector<double> Gradient(const RunContext& context) const;
   // (d2E/dx2) x. `scratch` keeps memory between calls.
@@ -55,12 +61,14 @@ class Smoothness {
   SmoothnessOptions options_;
   VertexRings rings_;
   std::vector<Eigen::Vector3i> faces_;  // only for cotangent weights
+  std::vector<float> factors_;          // of the weight; empty: 1
   std::vector<float> edge_weights_;     // as rings_.neighbors; symmetric
   std::vector<float> couplings_;        // as rings_.neighbors: d r_v / d x_j
   std::vector<float> transposed_;       // as rings_.neighbors: d r_j / d x_v
   std::vector<float> membrane_;    // as rings_.neighbors: -d2E/dx_v dx_j of the membrane; or empty
   std::vector<double> residuals_;  // r_v at x = 0
   std::vector<double> stiffness_;  // factor of r_v^2
+  std::vector<float> length_px_;   // h_v; 0 on the border
   std::vector<double> membrane_gradient_, membrane_diagonal_;
 };
 
