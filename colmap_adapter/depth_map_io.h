@@ -25,8 +25,8 @@ namespace lsmvs {
 // The formats that maps are written in. Both have the same names; which one a file has is seen from
 // its beginning.
 //   kColmap   COLMAP's: floats, 4 bytes per pixel for depth, 12 for the normal
-//   kCompact  ours, about 2 bytes per pixel for both (see files/compact_map.h): the depth within
-//             log(largest / smallest depth) / 131068 of itself, the normal within 0.7 degrees
+//   kCompact  ours, 1.2 to 2 bytes per pixel for both: the depth within a 40th of a pixel's size,
+//             the normal within a third of a degree (see files/compact_map.h)
 enum class MapFormat { kColmap, kCompact };
 
 // Width x height of the map, or nothing if it is missing or not complete (a killed run leaves

@@ -13,7 +13,8 @@ enum class SparseFormat { kBinary, kText };
 struct ReadSparseModelOptions {
   // The features of the images are most of a model's bytes and not needed to make a Scene.
   bool keep_points2d = true;
-  // Without points3D the model is that of the other files; see ReadSparsePoints.
+  // Without points3D features refer to no point, and the rest is that of the other files; see
+  // ReadSparsePoints.
   bool keep_points3d = true;
 };
 

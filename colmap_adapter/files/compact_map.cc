@@ -49,10 +49,12 @@ Header ReadHeader(MapKind kind, BinaryReader* reader) {
   Header header;
   std::istringstream words(text);
   std::string magic;
-  int format = 0;
   words >> magic >> header.kind >> header.width >> header.height >> header.smallest >>
-      header.step >> header.num_bytes >> format;
-  const bool is_sound = words && header.kind == NameOf(kind) && header.width >= 1 &&
+      header.step >> header.num_bytes;
+  const bool has_sizes = !words.fail();
+  int format = 1;  // the first format has no number
+  if (has_sizes && !(words >> format)) format = 1;
+  const bool is_sound = has_sizes && header.kind == NameOf(kind) && header.width >= 1 &&
                         header.height >= 1 && header.width <= kMaxSide &&
                         header.height <= kMaxSide && header.smallest >= 0 && header.step >= 0 &&
                         std::isfinite(header.smallest * std::exp(header.step * kNumDepthSteps));

@@ -21,7 +21,7 @@ namespace lsmvs {
 // hands each to an Engine, of which there are three: this process (local), Slurm, and any other job
 // system by way of a list of commands. Stages do not know which.
 //
-// The two that use other processes share one driver (jobs/stage_jobs.h). Tasks that are ready are
+// The two that use other processes share one driver (jobs/job_engine.cc). Tasks that are ready are
 // grouped into slices of some minutes that read the same photos; a slice is a job, and jobs of
 // equal needs are submitted together as a batch (an array job). With a queue, further jobs are
 // submitted before the machines have finished those that run, and a task may start as soon as the

@@ -315,7 +315,7 @@ class MeshRefiner {
 
   // As the last step of the optimiser found the creases.
   void SoftenAtCreases(const std::vector<double>& pixel_size, Smoothness* plate) const {
-    if (options_.flat_stiffness == 1) return;
+    if (options_.flat_stiffness == 1 || options_.optimizer == RefinementOptimizer::kLbfgs) return;
     plate->SetGeometry(result_.mesh.vertices, VertexDirections(result_.mesh), pixel_size, context_);
     const CreaseWeights weights(result_.mesh, GrowFaceRegions(result_.mesh, kFacesPerRegion),
                                 options_.flat_stiffness);

@@ -57,7 +57,7 @@ struct MeshRefinerOptions {
   double smoothness = 0.05;
   // How many times stiffer the plate is where the surface is flat for its surroundings than where
   // it has creases (see CreaseWeights). Raising it takes more noise out of plain surfaces; 1: the
-  // same everywhere.
+  // same everywhere, as it is with L-BFGS and in the first step of a level.
   double flat_stiffness = 30.0;
   // Weight of the membrane (length in pixels) relative to the thin plate. Raising it shrinks thin
   // parts.

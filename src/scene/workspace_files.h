@@ -15,8 +15,8 @@
 
 namespace lsmvs {
 
-// How depth maps are written: exactly, with 16 bytes per pixel, or within some 1e-5 of the depth
-// and 0.7 degrees of the normal, with about 2.4. Either is read.
+// How depth maps are written: exactly, with 16 bytes per pixel, or within a 40th of a pixel's
+// size of the depth and a third of a degree of the normal, with 1.2 to 2. Either is read.
 enum class MapPrecision { kExact, kCompact };
 
 // The files of one dense workspace, as the pipeline needs them. Whoever knows the formats

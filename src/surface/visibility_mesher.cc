@@ -122,7 +122,7 @@ class Mesher {
     CheckBudget(size_.MergingBytes());
     // In scratch memory points that merge must lie together; in memory that gains nothing.
     std::vector<uint32_t> places;
-    if (ScratchMemory::IsOn()) places = SortByPlace(&cloud);
+    if (ScratchMemory::IsOn()) places = SortByPlace(&cloud, context);
     if (!options_.find_free_points) std::vector<uint32_t>().swap(places);
     merged_ = MergePoints(scene_, cloud, Merging(), context);
     if (!places.empty()) PutBack(places, &merged_.vertex_of_point);

@@ -13,8 +13,6 @@
 namespace lsmvs {
 namespace {
 
-using internal::MapKind;
-
 constexpr DepthMapKind kType = DepthMapKind::kGeometric;
 constexpr double kDegree = 0.017453292519943295;
 
@@ -160,6 +158,22 @@ TEST_F(CompactFiles, ThatAreCutOffOrDamagedAreRefused) {
   }
   WriteWholeFile(DepthPath(), ReadWholeFile(DepthPath()).substr(0, 120));
   EXPECT_FALSE(HasDepthMap(workspace_, view_, kType));
+}
+
+// The header of the first format ends with the number of bytes.
+TEST_F(CompactFiles, OfTheFirstFormatAreRefusedByTheirFormat) {
+  WriteDepthMap(workspace_, view_, kType, SomeMap(6, 5), MapFormat::kCompact);
+  std::string text = ReadWholeFile(DepthPath());
+  const size_t last = text.rfind(" 2 ", 96);
+  ASSERT_NE(last, std::string::npos);
+  text[last + 1] = ' ';
+  WriteWholeFile(DepthPath(), text);
+  try {
+    ReadDepthMap(workspace_, view_, kType);
+    FAIL();
+  } catch (const std::exception& error) {
+    EXPECT_NE(std::string(error.what()).find("format 1, not 2"), std::string::npos) << error.what();
+  }
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ TEST(PointSorting, MovesPointsWithAllTheyHave) {
   for (const size_t num_points : {0, 1, 2, 1000, 50000}) {
     const VisibilityCloud before = RandomCloud(num_points, num_points);
     VisibilityCloud cloud = before;
-    const std::vector<uint32_t> places = SortByPlace(&cloud);
+    const std::vector<uint32_t> places = SortByPlace(&cloud, RunContext(1));
     ASSERT_EQ(cloud.size(), num_points);
     ASSERT_EQ(std::set<uint32_t>(places.begin(), places.end()).size(), num_points);
     ASSERT_EQ(cloud.view_begin.size(), before.view_begin.size());
@@ -45,7 +45,7 @@ TEST(PointSorting, MovesPointsWithAllTheyHave) {
 
 TEST(PointSorting, PutsNeighborsTogether) {
   VisibilityCloud cloud = RandomCloud(100000, 1);
-  SortByPlace(&cloud);
+  SortByPlace(&cloud, RunContext(1));
   size_t num_far = 0;
   for (size_t p = 1; p < cloud.size(); ++p) {
     if (cloud.positions[p].norm() > 20 || cloud.positions[p - 1].norm() > 20) continue;
@@ -62,7 +62,7 @@ TEST(PointSorting, TakesPointsThatAreNotFiniteOrAllInOnePlace) {
     cloud.Add(Eigen::Vector3f(x, 1, 1), Eigen::Vector3f::Zero(), Color::Zero(),
               std::vector<uint32_t>{3});
   }
-  const std::vector<uint32_t> places = SortByPlace(&cloud);
+  const std::vector<uint32_t> places = SortByPlace(&cloud, RunContext(1));
   EXPECT_EQ(std::set<uint32_t>(places.begin(), places.end()).size(), 6u);
 }
 

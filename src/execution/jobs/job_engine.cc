@@ -49,9 +49,9 @@ class StageDriver {
     while (true) {
       submission_.Submit();
       if (TakeDone()) continue;
-      if (jobs_.NumOpen() == 0 && tasks_.ready().empty()) return;
+      if (jobs_.NumOpen() == 0 && tasks_.ready().empty() && jobs_.again.empty()) return;
       watch_.Look();
-      if (!TakeDone() && jobs_.again.empty() && jobs_.NumOpen() > 0) watch_.Wait();
+      if (!TakeDone() && !submission_.MaySubmitAgain() && jobs_.NumOpen() > 0) watch_.Wait();
     }
   }
 

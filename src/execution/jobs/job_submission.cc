@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "lsmvs/util/error.h"
@@ -94,6 +95,8 @@ bool JobSubmission::IsSame(const OrderedTask& ordered, size_t i) {
          ordered.inputs_hash == HashInputs(task, &files);
 }
 
+bool JobSubmission::MaySubmitAgain() const { return !jobs_.again.empty() && NumFree() > 0; }
+
 void JobSubmission::Submit() {
   SubmitAgain();
   SubmitReady();
@@ -101,6 +104,7 @@ void JobSubmission::Submit() {
 
 // Tasks of equal needs share batches.
 void JobSubmission::SubmitAgain() {
+  if (!MaySubmitAgain()) return;
   std::map<std::pair<double, double>, std::vector<size_t>> groups;
   for (const size_t i : std::exchange(jobs_.again, {})) {
     const TaskHistory& history = jobs_.history[i];
@@ -109,7 +113,15 @@ void JobSubmission::SubmitAgain() {
   for (const auto& [factors, task_idxs] : groups) {
     TaskHistory needs;
     std::tie(needs.memory_factor, needs.time_factor) = factors;
-    SubmitBatch(SliceTasks(jobs_.work.tasks(), task_idxs, lengths_, 0), needs);
+    double cpu_seconds = 0;
+    for (const size_t i : task_idxs) cpu_seconds += jobs_.work.tasks()[i].cost.cpu_seconds;
+    const size_t num_free = NumFree();
+    auto slices = SliceTasks(jobs_.work.tasks(), task_idxs, lengths_, cpu_seconds);
+    for (size_t s = std::min(num_free, slices.size()); s < slices.size(); ++s) {
+      jobs_.again.insert(slices[s].begin(), slices[s].end());
+    }
+    slices.resize(std::min(num_free, slices.size()));
+    if (!slices.empty()) SubmitBatch(slices, needs);
   }
 }
 
@@ -141,10 +153,21 @@ void JobSubmission::SubmitReady() {
 // Jobs that machines have use for.
 size_t JobSubmission::NumWanted() const {
   const size_t num_open = jobs_.NumOpen();
-  if (!jobs_.system.HasQueue()) return num_open == 0 ? kMaxBatch : 0;
   const size_t at_once = jobs_.JobsAtOnce();
-  if (num_open > at_once) return 0;
-  return std::min(kMaxBatch, (1 + kQueued) * at_once - num_open);
+  if (jobs_.system.HasQueue() && num_open > at_once) return 0;
+  if (!jobs_.system.HasQueue()) return NumFree();
+  return std::min(NumFree(), (1 + kQueued) * at_once - num_open);
+}
+
+// Jobs that may be submitted now: a command runs one batch after the other, of any size; in a queue
+// no more are open than may run at once.
+size_t JobSubmission::NumFree() const {
+  const size_t num_open = jobs_.NumOpen();
+  if (!jobs_.system.HasQueue()) {
+    return num_open == 0 ? std::numeric_limits<size_t>::max() : 0;
+  }
+  const auto most = static_cast<size_t>(jobs_.options.max_jobs);
+  return std::min(kMaxBatch, most - std::min(most, num_open));
 }
 
 bool JobSubmission::IsShort(const std::vector<size_t>& slice) const {

@@ -22,6 +22,8 @@ class JobSubmission {
   // Submits what is to be submitted again, and of the tasks that are ready as many as machines have
   // use for.
   void Submit();
+  // Whether tasks wait to be submitted again, and can be now.
+  bool MaySubmitAgain() const;
 
  private:
   std::optional<LiveBatch> Reopen(const std::filesystem::path& folder,
@@ -30,6 +32,7 @@ class JobSubmission {
   void SubmitAgain();
   void SubmitReady();
   size_t NumWanted() const;
+  size_t NumFree() const;
   bool IsShort(const std::vector<size_t>& slice) const;
   void SubmitBatch(const std::vector<std::vector<size_t>>& slices, const TaskHistory& history);
   void AddSlice(const std::vector<size_t>& task_idxs, const TaskHistory& history, LiveBatch* batch);

@@ -86,7 +86,13 @@ void JobWatch::Look() {
 
 void JobWatch::Poll() {
   const auto now = StageJobs::Clock::now();
-  if (now < next_poll_) return;
+  const bool is_new =
+      std::any_of(jobs_.batches.begin(), jobs_.batches.end(), [](const LiveBatch& batch) {
+        return std::any_of(batch.slices.begin(), batch.slices.end(), [](const LiveSlice& slice) {
+          return slice.is_open() && !slice.was_asked_for;
+        });
+      });
+  if (now < next_poll_ && !(is_new && num_without_answer_ == 0)) return;
   for (LiveBatch& batch : jobs_.batches) Poll(&batch);
   const auto since = std::chrono::duration_cast<milliseconds>(now - jobs_.last_event);
   next_poll_ = now + std::clamp(since / kPollShare, kShortestPoll, kLongestPoll);
@@ -112,7 +118,8 @@ void JobWatch::Poll(LiveBatch* batch) {
 void JobWatch::LookAt(LiveBatch* batch, size_t s) {
   LiveSlice& slice = batch->slices[s];
   const bool was_over = slice.was_asked_for && IsOver(slice.status.state);
-  if (slice.status.state != JobState::kWaiting) Collect(batch, s);
+  // A job that was waiting may have begun since, and even be done.
+  Collect(batch, s);
   if (!slice.is_open()) return;
   if (!was_over) {
     slice.over_since.reset();

@@ -146,11 +146,15 @@ void PermuteViews(const std::vector<uint32_t>& places, VisibilityCloud* cloud) {
 
 }  // namespace
 
-std::vector<uint32_t> SortByPlace(VisibilityCloud* cloud) {
+std::vector<uint32_t> SortByPlace(VisibilityCloud* cloud, const RunContext& context) {
   std::vector<uint32_t> places = FindPlaces(*cloud);
+  context.ThrowIfCancelled();
   Permute(places, &cloud->positions);
+  context.ThrowIfCancelled();
   Permute(places, &cloud->normals);
+  context.ThrowIfCancelled();
   Permute(places, &cloud->colors);
+  context.ThrowIfCancelled();
   PermuteViews(places, cloud);
   return places;
 }

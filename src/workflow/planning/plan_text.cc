@@ -51,6 +51,7 @@ std::string WhyAlone(const std::string& stage) {
   if (stage == kFusionStage) return "each photo's points depend on those of the photos before";
   if (stage == kSurfaceStage) return "tetrahedra and the cut need all points";
   if (stage == kRefinementStage) return "each step needs the one before";
+  if (stage == kTexturingStage) return "the choice of photos needs all faces";
   return "it has one step";
 }
 
@@ -64,7 +65,10 @@ std::string JobLine(const PlannedStage& stage, const PlanHeader& header) {
                                         FormatBytes(division.memory_bytes));
   if (division.num_jobs == 1) {
     return fmt::format("  {:<20} a single job, not divided ({}): {}\n", "",
-                       stage.end - stage.begin > 1 ? "it is short" : WhyAlone(stage.name), needs);
+                       stage.end - stage.begin == 1 ? WhyAlone(stage.name)
+                       : stage.num_run == 1         ? "one task is left"
+                                                    : "it is short",
+                       needs);
   }
   return fmt::format("  {:<20} {} jobs of about {}, {} at once: {} each\n", "", division.num_jobs,
                      FormatSeconds(division.job_seconds), division.jobs_at_once, needs);
