@@ -36,7 +36,7 @@ step() {
 knows() { colmap "$1" --help 2>/dev/null | grep -- "--$2 " >/dev/null; }
 
 render_scene() {
-  "$bin/make_synthetic_workspace" --output "$project" --format photos --image_extension jpg \
+  "$bin/make_synthetic_workspace" --output "$project" --overwrite 1 --format photos --image_extension jpg \
     --shape relief --num_views 16 --width 1280 --height 960 --seed 1 \
     --Photo.noise_sigma 2 --Photo.gain_sigma 0.05 --Photo.weak_fraction 0.1 --Photo.cast_shadows 1
 }
