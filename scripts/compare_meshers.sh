@@ -25,7 +25,7 @@ mkdir -p "$folder"
 touch "$folder/.made-by-compare-meshers"
 
 echo "Rendering $views photos"
-"$bin/make_synthetic_workspace" --output "$folder/scene" --overwrite 1 --format dense --image_extension jpg --shape "$shape" \
+"$bin/make_synthetic_workspace" --output "$folder/scene" --format dense --image_extension jpg --shape "$shape" \
   --num_views "$views" --width "$width" --height $((width * 3 / 4)) --seed 1 \
   --Photo.noise_sigma 2 --Photo.gain_sigma 0.05 --Photo.weak_fraction 0.1 --Photo.cast_shadows 1
 mv "$folder/scene/gt_mesh.ply" "$folder/gt_mesh.ply"

@@ -11,6 +11,7 @@
 #include "lsmvs/execution/run_status.h"
 #include "lsmvs/execution/tasks/task_runner.h"
 #include "lsmvs/util/check.h"
+#include "lsmvs/util/host_name.h"
 
 namespace lsmvs {
 
@@ -35,9 +36,7 @@ class StatusFile {
  public:
   StatusFile(const std::filesystem::path& root, const std::string& engine) : root_(root) {
     status_.engine = engine;
-    char host[256] = {};
-    ::gethostname(host, sizeof host - 1);
-    status_.host = host;
+    status_.host = HostName();
     status_.process_id = ::getpid();
   }
   ~StatusFile() { RemoveRunStatus(root_); }

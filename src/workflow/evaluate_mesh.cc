@@ -21,8 +21,6 @@ namespace lsmvs {
 
 namespace {
 
-constexpr MeshMemoryModel kMemory = {.all = 150, .in_memory = 100};
-
 class MeshEvaluation {
  public:
   MeshEvaluation(const MeshEvaluationOptions& options, const CommandContext& context)
@@ -35,7 +33,7 @@ class MeshEvaluation {
 
   void Run() {
     const MeshMemory memory("mesh_evaluator", {options_.input_path, options_.ground_truth_path},
-                            kMemory, options_.scratch_path, context_);
+                            kTracedMeshMemory, options_.scratch_path, context_);
     scene_ = LoadSceneIfGiven(options_.workspace_path, Photometric() || options_.texture);
     CheckOutputs();
     offset_ = WorldOffset(scene_);

@@ -17,16 +17,14 @@ namespace lsmvs {
 
 namespace {
 
-constexpr MeshMemoryModel kMemory = {.all = 150, .in_memory = 100};
-
 class MeshPicture {
  public:
   MeshPicture(const MeshPictureOptions& options, const CommandContext& context)
       : options_(options), context_(context) {}
 
   void Run() {
-    const MeshMemory memory("mesh_renderer", {options_.input_path}, kMemory, options_.scratch_path,
-                            context_);
+    const MeshMemory memory("mesh_renderer", {options_.input_path}, kTracedMeshMemory,
+                            options_.scratch_path, context_);
     scene_ = LoadSceneIfGiven(options_.workspace_path, false);
     if (!scene_ && !options_.view_name.empty())
       throw UsageError("--view_name needs --workspace_path");

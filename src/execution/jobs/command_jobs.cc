@@ -12,18 +12,13 @@
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/child_process.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/host_name.h"
 
 namespace lsmvs {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string HostName() {
-  char name[256] = {};
-  ::gethostname(name, sizeof name - 1);
-  return name;
-}
 
 // When the process started, in the kernel's ticks: with its number it is unique until a reboot.
 // Empty if it does not run.

@@ -9,6 +9,7 @@
 
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/hash.h"
+#include "lsmvs/util/host_name.h"
 
 namespace lsmvs {
 
@@ -22,11 +23,9 @@ constexpr size_t kMaxBatch = 1000;
 constexpr size_t kQueued = 2;
 
 std::string UniqueName(const fs::path& root) {
-  char host[256] = {};
-  ::gethostname(host, sizeof host - 1);
   const auto now = std::chrono::system_clock::now().time_since_epoch().count();
   const std::string text =
-      fmt::format("{} {} {} {}", host, ::getpid(), now, fs::absolute(root).string());
+      fmt::format("{} {} {} {}", HostName(), ::getpid(), now, fs::absolute(root).string());
   return "lsmvs-" + Hasher().Update(text).HexDigest().substr(0, 12);
 }
 
@@ -117,10 +116,10 @@ void JobSubmission::SubmitAgain() {
     for (const size_t i : task_idxs) cpu_seconds += jobs_.work.tasks()[i].cost.cpu_seconds;
     const size_t num_free = NumFree();
     auto slices = SliceTasks(jobs_.work.tasks(), task_idxs, lengths_, cpu_seconds);
-    for (size_t s = std::min(num_free, slices.size()); s < slices.size(); ++s) {
+    for (size_t s = num_free; s < slices.size(); ++s) {
       jobs_.again.insert(slices[s].begin(), slices[s].end());
     }
-    slices.resize(std::min(num_free, slices.size()));
+    if (slices.size() > num_free) slices.resize(num_free);
     if (!slices.empty()) SubmitBatch(slices, needs);
   }
 }
@@ -153,9 +152,9 @@ void JobSubmission::SubmitReady() {
 // Jobs that machines have use for.
 size_t JobSubmission::NumWanted() const {
   const size_t num_open = jobs_.NumOpen();
-  const size_t at_once = jobs_.JobsAtOnce();
-  if (jobs_.system.HasQueue() && num_open > at_once) return 0;
   if (!jobs_.system.HasQueue()) return NumFree();
+  const size_t at_once = jobs_.JobsAtOnce();
+  if (num_open > at_once) return 0;
   return std::min(NumFree(), (1 + kQueued) * at_once - num_open);
 }
 

@@ -86,13 +86,10 @@ void JobWatch::Look() {
 
 void JobWatch::Poll() {
   const auto now = StageJobs::Clock::now();
-  const bool is_new =
-      std::any_of(jobs_.batches.begin(), jobs_.batches.end(), [](const LiveBatch& batch) {
-        return std::any_of(batch.slices.begin(), batch.slices.end(), [](const LiveSlice& slice) {
-          return slice.is_open() && !slice.was_asked_for;
-        });
-      });
-  if (now < next_poll_ && !(is_new && num_without_answer_ == 0)) return;
+  // Of a new batch nothing is known yet.
+  const bool has_new = jobs_.last_submission > last_poll_;
+  if (now < next_poll_ && !has_new) return;
+  last_poll_ = now;
   for (LiveBatch& batch : jobs_.batches) Poll(&batch);
   const auto since = std::chrono::duration_cast<milliseconds>(now - jobs_.last_event);
   next_poll_ = now + std::clamp(since / kPollShare, kShortestPoll, kLongestPoll);

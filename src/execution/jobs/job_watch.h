@@ -32,7 +32,7 @@ class JobWatch {
 
   StageJobs& jobs_;
   JobFailures failures_;
-  StageJobs::Clock::time_point next_poll_;
+  StageJobs::Clock::time_point next_poll_, last_poll_;
   size_t num_without_answer_ = 0;
 };
 

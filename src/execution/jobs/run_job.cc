@@ -1,5 +1,3 @@
-#include <unistd.h>
-
 #include <chrono>
 #include <map>
 #include <mutex>
@@ -13,6 +11,7 @@
 #include "lsmvs/execution/tasks/task_runner.h"
 #include "lsmvs/util/error.h"
 #include "lsmvs/util/hash.h"
+#include "lsmvs/util/host_name.h"
 #include "lsmvs/util/periodic_thread.h"
 
 namespace lsmvs {
@@ -22,12 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::milliseconds kProgressInterval(2000);
-
-std::string HostName() {
-  char name[256] = {};
-  ::gethostname(name, sizeof name - 1);
-  return name;
-}
 
 // Keeps the progress of the task at hand, for the file that the driver looks at.
 class ProgressFile : public ProgressSink {

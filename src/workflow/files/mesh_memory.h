@@ -22,6 +22,9 @@ struct MeshMemoryModel {
   bool in_any_order = false;
 };
 
+// Of a command that casts rays to the mesh, or looks for the nearest places on it.
+inline constexpr MeshMemoryModel kTracedMeshMemory = {.all = 150, .in_memory = 100};
+
 // Memory of a command that works on whole meshes, for its life. Where they need more than may be
 // used, large arrays lie in a scratch file, and a line says so; where that does not do, the command
 // ends before it starts. Results have the same bytes.
