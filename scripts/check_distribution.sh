@@ -55,7 +55,15 @@ in_root "$folder/bare" "apt-get update -q
   lsmvs --version"
 
 echo "== $suite: tests"
-in_root "$folder/build" "cmake -S /lsmvs/src -B /lsmvs/build -DLSMVS_BUILD_TESTS=ON -DLSMVS_BUILD_BENCHMARKS=ON
+data=${LSMVS_DATA_DIR:-../shared/data} # the scenes, where they are (see tests/README.md)
+if [ -d "$data" ]; then
+  mkdir -p "$folder/build/lsmvs/shared/data"
+  mount --bind "$data" "$folder/build/lsmvs/shared/data"
+  mounted+=("$folder/build/lsmvs/shared/data")
+fi
+in_root "$folder/build" "cd /lsmvs/src
+  scripts/setup_pycolmap.sh || echo 'note: no pycolmap; the tests that need it are skipped'
+  cmake -S /lsmvs/src -B /lsmvs/build -DLSMVS_BUILD_TESTS=ON -DLSMVS_BUILD_BENCHMARKS=ON
   cmake --build /lsmvs/build -j $jobs
   ctest --test-dir /lsmvs/build --output-on-failure -j $jobs"
 echo "== $suite: passed"

@@ -17,6 +17,7 @@
 #include "lsmvs/refinement/step/crease_weights.h"
 #include "lsmvs/refinement/step/level_optimizer.h"
 #include "lsmvs/refinement/step/mesh_adaptation.h"
+#include "lsmvs/refinement/step/noise_filter.h"
 #include "lsmvs/refinement/step/smoothness.h"
 #include "lsmvs/refinement/step/vertex_frames.h"
 #include "lsmvs/refinement/vertex_pixel_sizes.h"
@@ -177,6 +178,7 @@ class MeshRefiner {
     if (checkpoints_.HasJudged()) {
       checkpoints_.ReadJudged(&result_);
     } else {
+      FilterSeen(options_.result_filter_passes);
       JudgeAndFinish();
       result_.num_faces_refined = result_.mesh.faces.size();
       checkpoints_.WriteJudged(result_);
@@ -193,12 +195,32 @@ class MeshRefiner {
 
   RefinementState State() { return {&result_.mesh, &input_, &pairs_, &result_}; }
 
+  // Takes noise off what pairs see.
+  void FilterSeen(int num_passes) {
+    const Stopwatch stopwatch;
+    std::vector<double> pixel_size(result_.mesh.vertices.size(), 0.0);
+    const std::vector<double> sizes =
+        VertexPixelSizes(result_.mesh, MakeLevelViews(scene_, images_, 0), context_);
+    for (size_t f = 0; f < result_.mesh.faces.size(); ++f) {
+      if (!pairs_.Seen(f)) continue;
+      for (const int v : result_.mesh.faces[f]) {
+        pixel_size[static_cast<size_t>(v)] = sizes[static_cast<size_t>(v)];
+      }
+    }
+    FilterNoise(num_passes, pixel_size, &result_.mesh, context_);
+    result_.filter_seconds += stopwatch.Seconds();
+  }
+
   // False if no pair sees any face.
   bool RefineLevel(int level, bool is_first, const RunContext& context) {
     const Stopwatch stopwatch;
     images_.Trim(0);
     const auto views = MakeLevelViews(scene_, images_, level);
     SelectPairs(views, context);
+    if (is_first) {
+      FilterSeen(options_.input_filter_passes);
+      input_ = result_.mesh.vertices;
+    }
     if (AdaptToPairs(is_first)) SelectPairs(views, context);
     ReturnFreedMemory();
     size_t num_seen = 0;

@@ -59,6 +59,9 @@ struct MeshRefinerOptions {
   // it has creases (see CreaseWeights). Raising it takes more noise out of plain surfaces; 1: the
   // same everywhere, as it is with L-BFGS and in the first step of a level.
   double flat_stiffness = 30.0;
+  // Passes of a filter that takes noise of the size of single triangles off the input, and off the
+  // result, and leaves edges sharp (see FilterNoise). Raising them flattens small relief. 0: none.
+  int input_filter_passes = 2, result_filter_passes = 1;
   // Weight of the membrane (length in pixels) relative to the thin plate. Raising it shrinks thin
   // parts.
   double membrane = 0.0;
@@ -136,7 +139,7 @@ struct RefinementCounts {
   size_t num_regions = 0, num_regions_restored = 0;  // by the guard
   size_t num_dropped_faces = 0;                      // at the ends of the surface
   size_t num_closed_holes = 0;
-  // Mean of 1 - ZNCC at full resolution of the input and of the result.
+  // Mean of 1 - ZNCC at full resolution of the filtered input and of the result.
   double input_photo_error = 0, output_photo_error = 0;
 };
 
@@ -151,8 +154,8 @@ struct RefinementResult : RefinementCounts {
   std::vector<RefinementLevelSummary> levels;  // coarse to fine
   size_t num_steps_found = 0;                  // that an earlier run had finished
 
-  double prepare_seconds = 0, optimize_seconds = 0, remesh_seconds = 0, guard_seconds = 0,
-         simplify_seconds = 0, color_seconds = 0;
+  double prepare_seconds = 0, filter_seconds = 0, optimize_seconds = 0, remesh_seconds = 0,
+         guard_seconds = 0, simplify_seconds = 0, color_seconds = 0;
 };
 
 // Moves the vertices of a mesh so that photos agree through it (photometric variational
@@ -172,6 +175,10 @@ struct RefinementResult : RefinementCounts {
 // alone, and small holes are closed (see FinishSurface). Then edges are collapsed within
 // `simplify_tolerance` (see SimplifyWithinTolerance); colours are taken from the photos after that,
 // so that they are as sharp as these.
+//
+// Before the first and after the last level, noise of the size of single triangles is taken off by
+// the normals of the faces, which are averaged on either side of edges (see FilterNoise): steps
+// along vertex normals cannot unfold a crumpled input.
 //
 // Input: any triangle mesh; non-manifold edges are kept and not split. Facets oriented towards the
 // cameras. Output: manifold where the input is. If `guard`, the photo error of no region is more

@@ -36,6 +36,12 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
                "How many times stiffer the thin plate is on flat parts than at creases; raising it "
                "takes more noise out of plain surfaces; 1: the same everywhere.",
                {1.0, 1e4});
+  options->Add("MeshRefinement.input_filter_passes", &input_filter_passes,
+               "Passes of a filter that takes noise of the size of single triangles off the input "
+               "and leaves edges sharp; more flatten small relief. 0: none.",
+               {0, 100});
+  options->Add("MeshRefinement.result_filter_passes", &result_filter_passes,
+               "The same for the refined surface, before it is simplified.", {0, 100});
   options->Add("MeshRefinement.membrane", &membrane,
                "Weight of the membrane relative to the thin plate; raising it shrinks thin parts.",
                {0.0, 1e3});

@@ -196,6 +196,12 @@ void OptionSet::AddChoice(const std::string& name, const std::string& help,
   Push(std::move(entry));
 }
 
+void OptionSet::MarkRare(const std::vector<std::string>& names) {
+  for (Entry& entry : entries_) {
+    entry.is_rare |= std::find(names.begin(), names.end(), entry.name) != names.end();
+  }
+}
+
 const OptionSet::Entry* OptionSet::Find(const std::string& name) const {
   for (const Entry& entry : entries_) {
     if (entry.name == name) return &entry;

@@ -39,6 +39,7 @@ class OptionSet {
     std::function<std::string()> violation;
     // Of a list, which may be given several times, once for each value: empties it.
     std::function<void()> clear = {};
+    bool is_rare = false;  // few users need it: --help gives its name alone
 
     bool is_list() const { return clear != nullptr; }
   };
@@ -74,6 +75,9 @@ class OptionSet {
         },
         [value, choices](size_t i) { *value = choices[i].second; });
   }
+
+  // Marks options that are there by these names as rare.
+  void MarkRare(const std::vector<std::string>& names);
 
   const std::vector<Entry>& entries() const { return entries_; }
   // Null if there is none of that name.

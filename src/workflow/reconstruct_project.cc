@@ -169,6 +169,7 @@ void ProjectReconstructionOptions::Describe(OptionSet* options) {
   options->Add("report", &report,
                "End with a page that shows the meshes beside COLMAP's, those that are there: "
                "lsmvs/report/index.html (see lsmvs mesh_comparer).");
+  options->MarkRare({"image_path", "point_source", "bounding_box"});
   reconstruction.Describe(options);
 }
 

@@ -17,6 +17,7 @@ void StageOptions::DescribeWorkspace(OptionSet* options) {
                "and sparse/.");
   options->AddEnum("workspace_format", &format, "Format of the workspace.",
                    {{"COLMAP", DenseFormat::kColmap}});
+  options->MarkRare({"workspace_format"});
 }
 
 void StageOptions::DescribeMaskPath(OptionSet* options) {
@@ -29,11 +30,13 @@ void StageOptions::DescribeAlphaMask(OptionSet* options) {
   options->Add("alpha_mask", &alpha_is_mask,
                "Whether pixels that are transparent (alpha 0) count as masked in photos with an "
                "alpha channel.");
+  options->MarkRare({"alpha_mask"});
 }
 
 void StageOptions::DescribeSkipMissingImages(OptionSet* options) {
   options->Add("skip_missing_images", &skip_missing_images,
                "Go on without photos of the model that are missing; without it the run stops.");
+  options->MarkRare({"skip_missing_images"});
 }
 
 void StageOptions::DescribeSourcesPath(OptionSet* options) {
@@ -53,6 +56,7 @@ void StageOptions::DescribeDatabasePath(OptionSet* options) {
       "COLMAP's database, whose features quasi-dense matching takes besides its own interest "
       "points if they are of these photos; without it the database.db of the workspace or "
       "of its project, if there is one; the word none: no database.");
+  options->MarkRare({"database_path"});
 }
 
 void StageOptions::DescribeBoundingBox(OptionSet* options) {
@@ -77,6 +81,7 @@ void StageOptions::DescribeRun(OptionSet* options) {
                "stops.");
   options->Add("ignore_disk_space", &ignore_disk_space,
                "Start even if the results are not expected to fit on the disk.");
+  options->MarkRare({"ignore_disk_space"});
   engine.Describe(options);
 }
 
@@ -91,6 +96,7 @@ void StageOptions::DescribeScratch(OptionSet* options) {
       "Work on the surface as if memory held only one of this many parts of it. The result is "
       "the same.",
       {1, 4096});
+  options->MarkRare({"scratch_path", "num_parts"});
 }
 
 void StageOptions::DescribeMeshStage(OptionSet* options) {
@@ -113,6 +119,7 @@ void StageOptions::DescribeMaps(bool keep, OptionSet* options) {
                    "COLMAP reads, too; compact, 1.2 to 2, within a 40th of a pixel's size of the "
                    "depth and a third of a degree. Either is read (see map_converter).",
                    {{"colmap", MapPrecision::kExact}, {"compact", MapPrecision::kCompact}});
+  options->MarkRare({"keep_photometric_maps", "map_format"});
 }
 
 void StageOptions::Apply(ReconstructionOptions* options) const {

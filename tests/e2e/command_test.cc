@@ -45,9 +45,15 @@ TEST(Programs, HelpFitsAScreen) {
       for (const char* text : {"Usage:", "Examples:", "Required.", "--num_threads", "--help_all"}) {
         EXPECT_THAT(result.out, HasSubstr(text)) << name;
       }
-      EXPECT_LE(std::count(result.out.begin(), result.out.end(), '\n'), 65) << name;
+      EXPECT_LE(std::count(result.out.begin(), result.out.end(), '\n'), 61) << name;
     }
   }
+  const std::string mesher = RunProgram("lsmvs-mesher", {"--help"}).out;
+  EXPECT_LE(std::count(mesher.begin(), mesher.end(), '\n'), 61);
+  // What few need is named, and told by --help_all.
+  EXPECT_THAT(mesher, HasSubstr("Rarely needed: --image_path"));
+  EXPECT_THAT(mesher, testing::Not(HasSubstr("--submit_command TEXT")));
+  EXPECT_THAT(RunProgram("lsmvs-mesher", {"--help_all"}).out, HasSubstr("--submit_command TEXT"));
 }
 
 TEST(Programs, VersionAndList) {

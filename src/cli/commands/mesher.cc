@@ -10,29 +10,20 @@ std::unique_ptr<Command> MakeMesherCommand() {
       "lsmvs-mesher",
       "From what `colmap mapper` leaves to a refined mesh, in one command",
       "WORKSPACE is a COLMAP project (images/ and sparse/0, sparse/1, ...), whose models are "
-      "undistorted by `colmap "
-      "image_undistorter` into dense/0, dense/1, ...; or a folder that "
-      "automatic_reconstructor made; or a dense workspace "
-      "itself. Each dense workspace is taken through these stages:\n"
-      "- patch_match_stereo: depth and normal maps in stereo/ (COLMAP's format); those of the "
-      "photometric pass only until the geometric ones are done\n"
+      "undistorted by `colmap image_undistorter` into dense/0, dense/1, ...; or a folder that "
+      "automatic_reconstructor made; or a dense workspace itself. Stages of each dense workspace:\n"
+      "- patch_match_stereo: depth and normal maps in stereo/ (COLMAP's format)\n"
       "- stereo_fusion: fused.ply and fused.ply.vis (COLMAP's format)\n"
-      "- quasi_dense_matcher, in the place of these two with --quality low or "
-      "--point_source quasi_dense: fused.ply and fused.ply.vis from interest points\n"
+      "- quasi_dense_matcher, in the place of these two with --quality low\n"
       "- visibility_mesher: meshed-visibility.ply\n"
       "- mesh_refiner: meshed-refined.ply, with vertex colours\n"
-      "- mesh_texturer, with --texture: textured/mesh.ply and its pages, textured/texture.png "
-      "and further ones\n"
-      "lsmvs/run.json keeps, for each stage, options, input hashes, time, memory and counts. "
-      "A rerun skips what is up to "
-      "date; a stopped or killed run goes on where it was. Files that COLMAP or you made are "
-      "never replaced without "
-      "--overwrite: depth maps and a fused.ply that are there are used as they are, a mesh "
-      "in the way stops the run.\n"
-      "The first Ctrl-C ends the run cleanly, a second one at once. The result does not "
-      "depend on the number of threads.",
-      {"lsmvs-mesher project", "lsmvs-mesher project --quality low",
-       "lsmvs-mesher project --texture", "lsmvs-mesher project --quality medium --max_memory 8GB",
+      "- mesh_texturer, with --texture: textured/mesh.ply and its pages textured/texture*.png\n"
+      "A rerun skips what is up to date by lsmvs/run.json; a stopped or killed run goes on where "
+      "it "
+      "was. Files that COLMAP or you made are used as they are; where one is in the way, the run "
+      "stops, or replaces it with --overwrite. Ctrl-C ends a run cleanly. Results do not depend on "
+      "the number of threads.",
+      {"lsmvs-mesher project", "lsmvs-mesher project --quality medium --texture --max_memory 8GB",
        "lsmvs-mesher project/dense/0 --from visibility_mesher --VisibilityMeshing.max_proj_dist 1"},
       {"workspace_path"},
       "workspace_path",

@@ -35,6 +35,7 @@ void EngineOptions::Describe(OptionSet* options) {
   options->Add("Slurm.max_jobs", &max_jobs, "Jobs of this run that run at once, at most.",
                {1, 100000});
   options->Add("Slurm.extra", &extra, "Further options of sbatch, with blanks between.");
+  options->MarkRare({"submit_command", "jobs_at_once", "job_minutes", "max_attempts"});
 }
 
 bool EngineOptions::Check(std::string* error) const {

@@ -22,7 +22,7 @@ namespace lsmvs {
 namespace {
 
 constexpr const char* kSurfaceVersion = "9";
-constexpr const char* kRefinementVersion = "8";
+constexpr const char* kRefinementVersion = "9";
 
 // Points inside the options' box, which is in the world of the files; all if it is empty.
 VisibilityCloud Crop(const Reconstruction& reconstruction, VisibilityCloud cloud) {

@@ -64,7 +64,7 @@ std::string ShortEntry(const std::string& name, const std::string& text) {
 std::string ShortOptions(const OptionSet& options, const std::vector<std::string>& required) {
   std::string first, others;
   for (const OptionSet::Entry& entry : options.entries()) {
-    if (!GroupOf(entry.name).empty()) continue;
+    if (!GroupOf(entry.name).empty() || entry.is_rare) continue;
     const bool is_required =
         std::find(required.begin(), required.end(), entry.name) != required.end();
     const std::string value = entry.type == "BOOL" ? "0|1" : entry.type;
@@ -73,6 +73,16 @@ std::string ShortOptions(const OptionSet& options, const std::vector<std::string
                    ShortText(entry) + (is_required ? " Required." : ""));
   }
   return first + others;
+}
+
+// "--a --b": those that `counts`.
+template <class Counts>
+std::string Names(const OptionSet& options, const Counts& counts) {
+  std::vector<std::string> names;
+  for (const OptionSet::Entry& entry : options.entries()) {
+    if (counts(entry)) names.push_back("--" + entry.name);
+  }
+  return fmt::format("{}", fmt::join(names, " "));
 }
 
 std::vector<std::string> GroupsInOrder(const OptionSet& options) {
@@ -154,11 +164,10 @@ std::string ShortHelp(const std::string& program, const CommandInfo& info,
                       const OptionSet& own_options, const OptionSet& common_options) {
   std::string text = Introduction(program, info) + "\nOptions [default]:\n";
   text += ShortOptions(own_options, info.required);
-  std::vector<std::string> common;
-  for (const OptionSet::Entry& entry : common_options.entries()) {
-    common.push_back("--" + entry.name);
-  }
-  text += fmt::format("\nOf every command: {}\n", fmt::join(common, " "));
+  const std::string rare = Names(own_options, [](const auto& entry) { return entry.is_rare; });
+  if (!rare.empty()) text += "\n" + Wrap("Rarely needed: " + rare, 0);
+  text += "\n" +
+          Wrap("Of every command: " + Names(common_options, [](const auto&) { return true; }), 0);
   const std::vector<std::string> groups = GroupsInOrder(own_options);
   return text + Wrap(groups.empty() ? "--help_all tells more of each option."
                                     : fmt::format("--help_all tells more of each option, and shows "

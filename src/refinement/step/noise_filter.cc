@@ -1,0 +1,31 @@
+#include "lsmvs/refinement/step/noise_filter.h"
+
+#include "lsmvs/mesh/normal_filter.h"
+#include "lsmvs/refinement/step/step_collisions.h"
+
+namespace lsmvs {
+
+namespace {
+constexpr double kMaxRoundingPx = 1e-3;
+// Half a window of 7 x 7 pixels, by which stereo and refinement compare photos. Meshes of clouds
+// have edges of 2 to 3 pixels; the shape of coarser meshes is meant.
+constexpr double kMaxEdgePx = 3.5;
+}  // namespace
+
+void FilterNoise(int num_passes, const std::vector<double>& pixel_size, TriangleMesh* mesh,
+                 const RunContext& context) {
+  if (num_passes == 0) return;
+  std::vector<double> limits = ShortestEdges(*mesh);
+  for (size_t v = 0; v < limits.size(); ++v) {
+    if (!(limits[v] <= kMaxEdgePx * pixel_size[v])) limits[v] = 0;
+  }
+  const std::vector<Eigen::Vector3d> before = mesh->vertices;
+  FilterNormals({.num_passes = num_passes}, limits, context, mesh);
+  for (size_t v = 0; v < limits.size(); ++v) {
+    if (mesh->vertices[v] == before[v]) continue;
+    mesh->vertices[v] = RoundToFile(mesh->vertices[v], kMaxRoundingPx * pixel_size[v]);
+  }
+  UndoCollisions(mesh->faces, before, &mesh->vertices, context);
+}
+
+}  // namespace lsmvs
