@@ -243,12 +243,12 @@ void LevelMatcher::ChooseViews(int num_views, Packet* packet) {
     packet->scorer.Zncc(packet->planes, source, zncc);
     for (const float value : zncc) support[source] += std::max(value, 0.0f);
   }
-  const int num_chosen = std::min(num_views, int{kMaxSources});
   std::array<uint8_t, kMaxSources> order{};
   std::iota(order.begin(), order.begin() + num_sources, uint8_t{0});
   std::stable_sort(order.begin(), order.begin() + num_sources,
                    [&](uint8_t a, uint8_t b) { return support[a] > support[b]; });
-  std::sort(order.begin(), order.begin() + num_chosen);
+  // (std::sort is taken by GCC 14 to reach beyond the array.)
+  std::stable_sort(order.begin(), order.begin() + num_views);
   tile_views_[packet->tile] = order;
 }
 
