@@ -18,8 +18,8 @@ struct NormalFilterOptions {
 // that share a vertex with a face, those alike more than others, and moves the vertices until the
 // faces have these normals. Which normals are alike is told by guides: that of a face is the mean
 // normal of the most even of the patches (a face and those that share a vertex with it) around it,
-// so that noise of the size of the faces does not pass for edges. Single spikes sink. Faces that noise
-// had turned over may turn back.
+// so that noise of the size of the faces does not pass for edges. Single spikes sink. Faces that
+// noise had turned over may turn back.
 //
 // Vertex v moves by `limits[v]` (#V, world units; >= 0) at most. Vertices on borders and at edges
 // that do not have two faces stay. Nothing is done against faces that cross afterwards. Colours,

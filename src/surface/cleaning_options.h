@@ -47,6 +47,10 @@ struct SurfaceCleaningOptions {
   int min_component_faces = 50;
   // Holes with at most this many edges are closed. 0 closes none.
   int max_hole_edges = 40;
+  // A vertex that stands out alone, all its edges longer than this times the surface's edge length
+  // (the percentile above), is a false point that the cut took along, and sinks to its neighbours
+  // (SinkSpikes). Raising it keeps more of them. 0 keeps all.
+  double min_spike_factor = 2.0;
   // Steps of volume-preserving smoothing after the cut. 0 returns the vertices where they were
   // measured.
   int smoothing_iterations = 0;
@@ -57,6 +61,7 @@ struct SurfaceCleaningCounters {
   size_t num_components = 0;    // of the result
   size_t num_dropped_components = 0, num_dropped_component_faces = 0;
   size_t num_closed_holes = 0;
+  size_t num_sunk_spikes = 0;
 };
 
 }  // namespace lsmvs

@@ -71,6 +71,11 @@ void VisibilityMesherOptions::Describe(OptionSet* options) {
                "Components with fewer faces are dropped", {0, std::numeric_limits<int>::max()});
   options->Add(group + "max_hole_edges", &cleaning.max_hole_edges,
                "Holes with at most this many edges are closed; 0 closes none", {0, 100000});
+  options->Add(group + "min_spike_factor", &cleaning.min_spike_factor,
+               "Vertices that stand out alone, all their edges longer than this times the "
+               "surface's edge length, sink to their neighbours; raising it keeps more of them. 0 "
+               "keeps all.",
+               {0.0, 1e6});
   options->Add(group + "smoothing_iterations", &cleaning.smoothing_iterations,
                "Steps of volume-preserving smoothing after the cut; 0 is off", {0, 1000});
   options->Add(

@@ -21,7 +21,7 @@ namespace lsmvs {
 
 namespace {
 
-constexpr const char* kSurfaceVersion = "9";
+constexpr const char* kSurfaceVersion = "10";
 constexpr const char* kRefinementVersion = "9";
 
 // Points inside the options' box, which is in the world of the files; all if it is empty.

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "lsmvs/mesh/undo_collisions.h"
 #include "lsmvs/refinement/step/smoothness.h"
-#include "lsmvs/refinement/step/step_collisions.h"
 
 namespace lsmvs {
 

@@ -6,12 +6,12 @@
 #include <numeric>
 #include <optional>
 
+#include "lsmvs/mesh/undo_collisions.h"
 #include "lsmvs/refinement/regions/cluster_colors.h"
 #include "lsmvs/refinement/regions/face_regions.h"
 #include "lsmvs/refinement/step/crease_weights.h"
 #include "lsmvs/refinement/step/line_search.h"
 #include "lsmvs/refinement/step/smoothness.h"
-#include "lsmvs/refinement/step/step_collisions.h"
 #include "lsmvs/refinement/step/step_limits.h"
 #include "lsmvs/refinement/step/step_solver.h"
 #include "lsmvs/refinement/step/vertex_frames.h"

@@ -1,7 +1,7 @@
 #include "lsmvs/refinement/step/noise_filter.h"
 
 #include "lsmvs/mesh/normal_filter.h"
-#include "lsmvs/refinement/step/step_collisions.h"
+#include "lsmvs/mesh/undo_collisions.h"
 
 namespace lsmvs {
 

@@ -10,6 +10,7 @@
 #include "lsmvs/geometry/mean_longer_side.h"
 #include "lsmvs/mesh/repair.h"
 #include "lsmvs/mesh/smoothing.h"
+#include "lsmvs/mesh/spikes.h"
 #include "lsmvs/mesh/surface_trimming.h"
 #include "lsmvs/util/statistics.h"
 
@@ -54,6 +55,7 @@ class Cleaner {
     DropFloatingComponents();
     RemoveUnused();
     if (options_.max_hole_edges > 0) CloseSmallHoles();
+    if (options_.min_spike_factor > 0) SinkLoneSpikes();
     counters_.num_components = FindComponents(mesh_).num_faces.size();
     SmoothTaubin({.num_iterations = options_.smoothing_iterations}, context_, &mesh_);
     SetColors();
@@ -261,6 +263,7 @@ class Cleaner {
       pixel_size_[new_index[v]] = pixel_size_[v];
     }
     vertex_point_.resize(mesh_.vertices.size());
+    pixel_size_.resize(mesh_.vertices.size());
   }
 
   void CloseSmallHoles() {
@@ -270,6 +273,17 @@ class Cleaner {
       closing.accept = [&](const Eigen::Vector3i& face) { return Stress(face) <= 1; };
     }
     counters_.num_closed_holes = CloseHoles(closing, context_, &mesh_);
+  }
+
+  void SinkLoneSpikes() {
+    std::vector<double> least_edges(mesh_.vertices.size());
+    for (size_t v = 0; v < least_edges.size(); ++v) {
+      // The middles of split edges have no size.
+      least_edges[v] = pixel_size_[v] > 0
+                           ? options_.min_spike_factor * usual_pixels_ * pixel_size_[v]
+                           : std::numeric_limits<double>::infinity();
+    }
+    counters_.num_sunk_spikes = SinkSpikes(least_edges, context_, &mesh_);
   }
 
   void SetColors() {

@@ -1,4 +1,4 @@
-#include "lsmvs/refinement/step/step_collisions.h"
+#include "lsmvs/mesh/undo_collisions.h"
 
 #include <algorithm>
 
