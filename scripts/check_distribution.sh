@@ -59,6 +59,7 @@ data=${LSMVS_DATA_DIR:-../shared/data} # the scenes, where they are (see tests/R
 if [ -d "$data" ]; then
   mkdir -p "$folder/build/lsmvs/shared/data"
   mount --bind "$data" "$folder/build/lsmvs/shared/data"
+  mount -o remount,bind,ro "$folder/build/lsmvs/shared/data"
   mounted+=("$folder/build/lsmvs/shared/data")
 fi
 in_root "$folder/build" "cd /lsmvs/src

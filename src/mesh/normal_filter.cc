@@ -15,7 +15,7 @@ namespace lsmvs {
 namespace {
 
 constexpr size_t kFacesPerBlock = 4096, kVerticesPerBlock = 8192;
-// Steps towards the filtered normals; ten of the paper's, more change little.
+// Steps of the vertices towards the filtered normals. More change little.
 constexpr int kVertexSteps = 10;
 
 std::vector<uint8_t> VerticesThatStay(const TriangleMesh& mesh) {
@@ -77,10 +77,11 @@ class NormalFilter {
         patch.clear();
         for (const int v : mesh_.faces[f]) {
           for (const uint32_t corner : corners_.Of(static_cast<size_t>(v))) {
-            const size_t face = corner / 3;
-            if (std::find(patch.begin(), patch.end(), face) == patch.end()) patch.push_back(face);
+            patch.push_back(corner / 3);
           }
         }
+        std::sort(patch.begin(), patch.end());
+        patch.erase(std::unique(patch.begin(), patch.end()), patch.end());
         visit(f, patch);
       }
     });
@@ -103,7 +104,8 @@ class NormalFilter {
       area += faces_[g].area;
       deviation += faces_[g].area * (faces_[g].normal - faces_[f].patch_normal).norm();
     }
-    faces_[f].unevenness = area > 0 ? deviation / area : 0;
+    // Without area it says nothing of the faces around.
+    faces_[f].unevenness = area > 0 ? deviation / area : std::numeric_limits<float>::infinity();
   }
 
   uint32_t MostEvenPatch(size_t f, const Patch& patch) const {
@@ -174,7 +176,8 @@ class NormalFilter {
 
 void FilterNormals(const NormalFilterOptions& options, const std::vector<double>& limits,
                    const RunContext& context, TriangleMesh* mesh) {
-  if (options.num_passes == 0 || mesh->faces.empty()) return;
+  const bool may_move = std::any_of(limits.begin(), limits.end(), [](double l) { return l > 0; });
+  if (options.num_passes == 0 || mesh->faces.empty() || !may_move) return;
   NormalFilter filter(options, limits, context, mesh);
   for (int pass = 0; pass < options.num_passes; ++pass) filter.Pass();
 }

@@ -23,8 +23,8 @@ struct NormalFilterOptions {
 //
 // Vertex v moves by `limits[v]` (#V, world units; >= 0) at most. Vertices on borders and at edges
 // that do not have two faces stay. Nothing is done against faces that cross afterwards. Colours,
-// normals and quality are left as they are. Scale-free, does not depend on threads; O(#F) a pass,
-// 1 us a face. Memory: 55 bytes per vertex and 60 bytes per face.
+// normals and quality are left as they are. Scale-free, does not depend on threads; O(#F) a pass
+// where vertices have few faces, 1 us a face. Memory: 55 bytes per vertex and 60 bytes per face.
 //   W. Zhang, B. Deng, J. Zhang, S. Bouaziz, L. Liu: Guided mesh normal filtering, Pacific Graphics
 //   2015 (we judge a patch by the mean deviation of its normals); X. Sun, P. Rosin, R. Martin, F.
 //   Langbein: Fast and effective feature-preserving mesh denoising, TVCG 13(5), 2007 (vertices).

@@ -2,14 +2,16 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
-#include "lsmvs/mesh/undo_collisions.h"
+#include "lsmvs/mesh/self_intersections.h"
 #include "lsmvs/mesh/vertex_rings.h"
 
 namespace lsmvs {
 
 namespace {
 
+constexpr size_t kVerticesPerBlock = 8192;
 constexpr int kMaxRounds = 6;
 // A regular tetrahedron's tip has 1.4: no corner of a solid that is not needle-sharp is a spike.
 constexpr double kHeightOverRadius = 1.5;
@@ -36,33 +38,79 @@ Ring MeasureRing(const TriangleMesh& mesh, const VertexRings& rings, size_t v) {
   return ring;
 }
 
-}  // namespace
-
-size_t SinkSpikes(const std::vector<double>& least_edges, const RunContext& context,
-                  TriangleMesh* mesh) {
-  const VertexRings rings = BuildVertexRings(*mesh);
-  std::vector<Eigen::Vector3d> before;
+// Moves the spikes of one round; marks the vertices that moved.
+bool SinkOnce(const VertexRings& rings, const std::vector<double>& least_edges,
+              const RunContext& context, TriangleMesh* mesh, std::vector<uint8_t>* has_moved) {
+  std::vector<uint8_t> is_spike(mesh->vertices.size(), 0);
+  ParallelFor(context, is_spike.size(), kVerticesPerBlock, [&](size_t v) {
+    if (rings.on_border[v] || rings.begin[v] == rings.begin[v + 1]) return;
+    const Ring ring = MeasureRing(*mesh, rings, v);
+    const double height = (mesh->vertices[v] - ring.middle).norm();
+    is_spike[v] =
+        ring.least_edge >= least_edges[v] && height > kHeightOverRadius * ring.radius ? 1 : 0;
+  });
   std::vector<std::pair<size_t, Eigen::Vector3d>> moves;
-  for (int round = 0; round < kMaxRounds; ++round) {
-    moves.clear();
-    for (size_t v = 0; v < mesh->vertices.size(); ++v) {
-      if (rings.on_border[v] || rings.begin[v] == rings.begin[v + 1]) continue;
-      const Ring ring = MeasureRing(*mesh, rings, v);
-      const double height = (mesh->vertices[v] - ring.middle).norm();
-      if (ring.least_edge < least_edges[v] || height <= kHeightOverRadius * ring.radius) continue;
-      moves.emplace_back(v, ring.middle);
+  for (size_t v = 0; v < is_spike.size(); ++v) {
+    if (is_spike[v]) moves.emplace_back(v, MeasureRing(*mesh, rings, v).middle);
+  }
+  for (const auto& [v, middle] : moves) {
+    mesh->vertices[v] = middle;
+    (*has_moved)[v] = 1;
+  }
+  return !moves.empty();
+}
+
+// Takes back the spikes whose faces cross others now and did not before. The grid is that of the
+// present places: it cuts the long boxes of spikes.
+void TakeBackCrossings(const std::vector<Eigen::Vector3d>& before, const RunContext& context,
+                       TriangleMesh* mesh, std::vector<uint8_t>* has_moved) {
+  std::vector<uint8_t> is_active(mesh->faces.size());
+  for (bool any = true; any;) {
+    context.ThrowIfCancelled();
+    any = false;
+    for (size_t f = 0; f < is_active.size(); ++f) {
+      const Eigen::Vector3i& face = mesh->faces[f];
+      is_active[f] = std::any_of(face.begin(), face.end(),
+                                 [&](int v) { return (*has_moved)[static_cast<size_t>(v)] != 0; });
     }
-    if (moves.empty()) break;
-    if (before.empty()) before = mesh->vertices;
-    for (const auto& [v, middle] : moves) {
-      mesh->vertices[v] = RoundToFile(middle, 1e-4 * (mesh->vertices[v] - middle).norm());
+    const FaceGrid grid(mesh->vertices, mesh->faces);
+    for (const auto& [a, b] : grid.CrossingPairs(is_active, context)) {
+      const Eigen::Vector3i &face_a = mesh->faces[static_cast<size_t>(a)],
+                            &face_b = mesh->faces[static_cast<size_t>(b)];
+      if (FacesCross(before, face_a, face_b)) continue;
+      for (const Eigen::Vector3i& face : {face_a, face_b}) {
+        for (const int vertex : face) {
+          const auto v = static_cast<size_t>(vertex);
+          if (!(*has_moved)[v]) continue;
+          mesh->vertices[v] = before[v];
+          (*has_moved)[v] = 0;
+          any = true;
+        }
+      }
     }
   }
-  if (before.empty()) return 0;
-  UndoCollisions(mesh->faces, before, &mesh->vertices, context);
-  size_t num_moved = 0;
-  for (size_t v = 0; v < before.size(); ++v) num_moved += before[v] != mesh->vertices[v];
-  return num_moved;
+}
+
+}  // namespace
+
+std::vector<int32_t> SinkSpikes(const std::vector<double>& least_edges, const RunContext& context,
+                                TriangleMesh* mesh) {
+  const std::vector<Eigen::Vector3d> before = mesh->vertices;
+  std::vector<uint8_t> has_moved(before.size(), 0);
+  bool any = false;
+  {
+    const VertexRings rings = BuildVertexRings(*mesh);
+    for (int round = 0; round < kMaxRounds; ++round) {
+      if (!SinkOnce(rings, least_edges, context, mesh, &has_moved)) break;
+      any = true;
+    }
+  }
+  if (any) TakeBackCrossings(before, context, mesh, &has_moved);
+  std::vector<int32_t> moved;
+  for (size_t v = 0; v < has_moved.size(); ++v) {
+    if (has_moved[v]) moved.push_back(static_cast<int32_t>(v));
+  }
+  return moved;
 }
 
 }  // namespace lsmvs

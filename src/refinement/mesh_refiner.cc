@@ -195,19 +195,22 @@ class MeshRefiner {
 
   RefinementState State() { return {&result_.mesh, &input_, &pairs_, &result_}; }
 
-  // Takes noise off what pairs see.
+  // Takes noise off what pairs see, where triangles are smaller than half a window: clouds give
+  // edges of 2 to 3 pixels, and coarser meshes have their shape on purpose.
   void FilterSeen(int num_passes) {
+    if (num_passes == 0) return;
     const Stopwatch stopwatch;
-    std::vector<double> pixel_size(result_.mesh.vertices.size(), 0.0);
-    const std::vector<double> sizes =
+    std::vector<double> pixel_size =
         VertexPixelSizes(result_.mesh, MakeLevelViews(scene_, images_, 0), context_);
+    std::vector<uint8_t> is_seen(pixel_size.size(), 0);
     for (size_t f = 0; f < result_.mesh.faces.size(); ++f) {
       if (!pairs_.Seen(f)) continue;
-      for (const int v : result_.mesh.faces[f]) {
-        pixel_size[static_cast<size_t>(v)] = sizes[static_cast<size_t>(v)];
-      }
+      for (const int v : result_.mesh.faces[f]) is_seen[static_cast<size_t>(v)] = 1;
     }
-    FilterNoise(num_passes, pixel_size, &result_.mesh, context_);
+    for (size_t v = 0; v < is_seen.size(); ++v) {
+      if (!is_seen[v]) pixel_size[v] = 0;
+    }
+    FilterNoise(num_passes, options_.window_radius + 0.5, pixel_size, &result_.mesh, context_);
     result_.filter_seconds += stopwatch.Seconds();
   }
 
@@ -217,11 +220,14 @@ class MeshRefiner {
     images_.Trim(0);
     const auto views = MakeLevelViews(scene_, images_, level);
     SelectPairs(views, context);
-    if (is_first) {
+    // Triangles get the size that the mesh as it came asks for: of the filtered one, whose faces
+    // look larger to the pairs, more would be collapsed than thin sheets bear.
+    const bool is_filtered = is_first && options_.input_filter_passes > 0;
+    if (is_filtered) {
       FilterSeen(options_.input_filter_passes);
       input_ = result_.mesh.vertices;
     }
-    if (AdaptToPairs(is_first)) SelectPairs(views, context);
+    if (AdaptToPairs(is_first) || is_filtered) SelectPairs(views, context);
     ReturnFreedMemory();
     size_t num_seen = 0;
     for (size_t f = 0; f < result_.mesh.faces.size(); ++f) num_seen += pairs_.Seen(f);

@@ -178,7 +178,8 @@ struct RefinementResult : RefinementCounts {
 //
 // Before the first and after the last level, noise of the size of single triangles is taken off by
 // the normals of the faces, which are averaged on either side of edges (see FilterNoise): steps
-// along vertex normals cannot unfold a crumpled input.
+// along vertex normals cannot unfold a crumpled input. "Input", here and in the options, is the
+// mesh after that, which nothing judges.
 //
 // Input: any triangle mesh; non-manifold edges are kept and not split. Facets oriented towards the
 // cameras. Output: manifold where the input is. If `guard`, the photo error of no region is more

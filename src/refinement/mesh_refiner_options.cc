@@ -16,7 +16,8 @@ void MeshRefinerOptions::Describe(OptionSet* options) {
                    {{"independent", RefinementDeformation::kIndependent},
                     {"sequential", RefinementDeformation::kSequential}});
   options->Add("MeshRefinement.max_num_iterations", &max_num_iterations,
-               "Maximum number of steps per level; 0 leaves the mesh where it is.", {0, 1000});
+               "Maximum number of steps per level; with 0 only the filters move vertices.",
+               {0, 1000});
   options->Add("MeshRefinement.window_radius", &window_radius,
                "Half side of the correlation window in pixels; larger is more stable and smoother.",
                {1, 7});

@@ -52,7 +52,7 @@ struct SurfaceCleaningOptions {
   // (SinkSpikes). Raising it keeps more of them. 0 keeps all.
   double min_spike_factor = 2.0;
   // Steps of volume-preserving smoothing after the cut. 0 returns the vertices where they were
-  // measured.
+  // measured, but for spikes.
   int smoothing_iterations = 0;
 };
 

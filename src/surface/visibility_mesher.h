@@ -67,7 +67,7 @@ struct VisibilityMesherCounters {
 struct VisibilityMesherResult {
   TriangleMesh mesh;  // with colours and normals
   // Views that see vertex v of the mesh: view_idxs[view_begin[v] .. view_begin[v+1]), ascending.
-  // Empty for vertices that closing a hole added.
+  // Empty for vertices that are no points: middles of split edges, and spikes that sank.
   std::vector<uint64_t> view_begin = {0};
   std::vector<uint32_t> view_idxs;
   // With find_free_points, by point of the cloud: 1 if all tetrahedra around its vertex are empty,
@@ -92,7 +92,8 @@ struct VisibilityMesherResult {
 // fixed-point integers, so that the cut is exact.
 //
 // The mesh: faces counter-clockwise seen from the cameras; manifold (vertices are split, no face is
-// dropped for that); without self-intersection when smoothing_iterations and max_hole_edges are 0;
+// dropped for that); without self-intersection when smoothing_iterations and max_hole_edges are 0
+// (lone spikes sink only where nothing crosses; without min_spike_factor all vertices are points);
 // closed except at the hull of the points and where facets were trimmed (Completeness). Same bytes
 // for any number of threads; independent of the scene's unit, position and orientation up to the
 // rounding of the float input.

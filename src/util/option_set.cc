@@ -197,8 +197,11 @@ void OptionSet::AddChoice(const std::string& name, const std::string& help,
 }
 
 void OptionSet::MarkRare(const std::vector<std::string>& names) {
-  for (Entry& entry : entries_) {
-    entry.is_rare |= std::find(names.begin(), names.end(), entry.name) != names.end();
+  for (const std::string& name : names) {
+    const auto entry = std::find_if(entries_.begin(), entries_.end(),
+                                    [&](const Entry& e) { return e.name == name; });
+    LSMVS_CHECK(entry != entries_.end());
+    entry->is_rare = true;
   }
 }
 

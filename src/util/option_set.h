@@ -76,7 +76,7 @@ class OptionSet {
         [value, choices](size_t i) { *value = choices[i].second; });
   }
 
-  // Marks options that are there by these names as rare.
+  // Marks options, which must be there, as rare.
   void MarkRare(const std::vector<std::string>& names);
 
   const std::vector<Entry>& entries() const { return entries_; }

@@ -112,7 +112,11 @@ TEST(FilterNormals, KeepsToTheLimitsAndTheBorder) {
 }
 
 TEST(FilterNormals, TheUnitAndTheThreadsDoNotMatter) {
-  const TriangleMesh mesh = NoisyRoof(0.3);
+  // Large enough for several blocks of vertices and faces.
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal(0, 0.002);
+  const TriangleMesh mesh = UnitSquareMesh(
+      150, [&](double x, double y) { return Eigen::Vector3d(x, y, normal(random)); });
   TriangleMesh large = mesh;
   for (Eigen::Vector3d& x : large.vertices) x *= 1024;
   const TriangleMesh one = Filtered(mesh, 2), two = Filtered(mesh, 2, 2);
@@ -121,6 +125,28 @@ TEST(FilterNormals, TheUnitAndTheThreadsDoNotMatter) {
   for (size_t v = 0; v < one.vertices.size(); ++v) {
     EXPECT_EQ(1024 * one.vertices[v], large.vertices[v]);
   }
+}
+
+TEST(FilterNormals, VerticesAtEdgesOfThreeFacesStay) {
+  TriangleMesh mesh = NoisyRoof(0.3);
+  const size_t a = 20 * (kSquares + 1) + 20;
+  mesh.vertices.emplace_back(mesh.vertices[a] + Eigen::Vector3d(0, 0, kEdge));
+  mesh.faces.emplace_back(static_cast<int>(a), static_cast<int>(a) + 1,
+                          static_cast<int>(mesh.vertices.size()) - 1);
+  const TriangleMesh filtered = Filtered(mesh, 2);
+  EXPECT_EQ(filtered.vertices[a], mesh.vertices[a]);
+  EXPECT_EQ(filtered.vertices[a + 1], mesh.vertices[a + 1]);
+  EXPECT_NE(filtered.vertices[a + 2], mesh.vertices[a + 2]);
+}
+
+// Faces without area are no even patches.
+TEST(FilterNormals, CollapsedFacesDoNotGuide) {
+  TriangleMesh mesh = NoisyRoof(0.2);
+  const size_t center = 20 * (kSquares + 1) + 20;
+  for (const size_t row : {center - kSquares - 1, center, center + kSquares + 1}) {
+    for (const size_t v : {row - 1, row, row + 1}) mesh.vertices[v] = mesh.vertices[center];
+  }
+  EXPECT_LT(NormalError(Filtered(mesh, 3)), 0.25 * NormalError(mesh));
 }
 
 TEST(FilterNormals, DegenerateAndEmptyMeshesAreLeft) {

@@ -41,7 +41,7 @@ TEST(FilterNoise, TakesBackWhatWouldCross) {
   ASSERT_EQ(NumCrossings(mesh), 0u);
   FilterNormals({}, ShortestEdges(mesh), RunContext(1), &crossing);
   ASSERT_GT(NumCrossings(crossing), 0u);
-  FilterNoise(2, std::vector<double>(mesh.vertices.size(), 1.0), &mesh, RunContext(2));
+  FilterNoise(2, 3.5, std::vector<double>(mesh.vertices.size(), 1.0), &mesh, RunContext(2));
   EXPECT_EQ(NumCrossings(mesh), 0u);
   EXPECT_EQ(mesh.vertices[kSpike][2], 1);
 }
@@ -51,11 +51,11 @@ TEST(FilterNoise, ShapeLargerThanTheWindowsStays) {
   mesh.faces.pop_back();
   const TriangleMesh before = mesh;
   // Edges of 1 are 10 pixels long.
-  FilterNoise(2, std::vector<double>(mesh.vertices.size(), 0.1), &mesh, RunContext(1));
+  FilterNoise(2, 3.5, std::vector<double>(mesh.vertices.size(), 0.1), &mesh, RunContext(1));
   EXPECT_EQ(mesh.vertices, before.vertices);
-  FilterNoise(0, std::vector<double>(mesh.vertices.size(), 1.0), &mesh, RunContext(1));
+  FilterNoise(0, 3.5, std::vector<double>(mesh.vertices.size(), 1.0), &mesh, RunContext(1));
   EXPECT_EQ(mesh.vertices, before.vertices);
-  FilterNoise(2, std::vector<double>(mesh.vertices.size(), 1.0), &mesh, RunContext(1));
+  FilterNoise(2, 3.5, std::vector<double>(mesh.vertices.size(), 1.0), &mesh, RunContext(1));
   EXPECT_LT(mesh.vertices[kSpike][2], 0.4);
 }
 

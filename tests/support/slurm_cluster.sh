@@ -77,8 +77,8 @@ $(for i in $(seq "$nodes"); do
   done)
 PartitionName=main Nodes=n[1-$nodes] Default=YES MaxTime=INFINITE State=UP
 CONF
-  # Without cgroups, as in a bare root, Slurm 23 and later go on only if told so.
-  [ -d /sys/fs/cgroup ] || echo "CgroupPlugin=disabled" >"$dir/cgroup.conf"
+  # Without cgroups, as in a bare root, newer versions of Slurm go on only if told so; older ones do not know the word.
+  [ -d /sys/fs/cgroup ] || [ "$(slurmd -V | tr -dc 0-9.)" \< 24 ] || echo "CgroupPlugin=disabled" >"$dir/cgroup.conf"
   export SLURM_CONF=$dir/slurm.conf
   slurmctld -f "$dir/slurm.conf" || fail "slurmctld does not start; see $dir/slurmctld.log"
   for i in $(seq "$nodes"); do start_node "n$i"; done

@@ -20,6 +20,7 @@ constexpr SurfaceCleaningOptions kNoRules = {.max_gap_share = 0,
                                              .min_component_fraction = 0,
                                              .min_component_faces = 0,
                                              .max_hole_edges = 0,
+                                             .min_spike_factor = 0,
                                              .smoothing_iterations = 0};
 
 // A sphere and a small one beside it, all of whose vertices are points that all views see.
@@ -133,6 +134,25 @@ TEST(SurfaceCleaning, FacesMuchLongerThanUsualGo) {
   EXPECT_EQ(spheres.surface.mesh.faces.size(), num_faces - num_spiked);
   for (const Eigen::Vector3d& x : spheres.surface.mesh.vertices) {
     EXPECT_LT(x.norm(), 4) << "of the spike";
+  }
+}
+
+TEST(SurfaceCleaning, LoneSpikesSink) {
+  for (const double factor : {0.0, 2.0}) {
+    TwoSpheres spheres;
+    spheres.surface.mesh.vertices[10] *= 30;
+    SurfaceCleaningOptions options = kNoRules;
+    options.max_side_length_percentile = 50;
+    options.min_spike_factor = factor;
+    const SurfaceCleaningCounters counters = spheres.Clean(options);
+    const double radius = spheres.surface.mesh.vertices[10].norm();
+    EXPECT_EQ(counters.num_sunk_spikes, factor == 0 ? 0u : 1u);
+    EXPECT_NEAR(radius, factor == 0 ? 30 : 1, factor == 0 ? 1 : 0.1);
+    // It is no point any more: it has no views, and its neighbours' colour.
+    EXPECT_EQ(spheres.surface.vertex_point[10], factor == 0 ? 10 : -1);
+    const Color color = spheres.surface.mesh.vertex_colors[10];
+    EXPECT_EQ(color == TwoSpheres::ColorOf(10), factor == 0);
+    EXPECT_EQ(color[2], 7);
   }
 }
 

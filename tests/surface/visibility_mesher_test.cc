@@ -32,6 +32,7 @@ VisibilityMesherOptions Plain() {
   options.merging.max_proj_dist = 1;
   options.cleaning.smoothing_iterations = 0;
   options.cleaning.max_hole_edges = 0;
+  options.cleaning.min_spike_factor = 0;
   return options;
 }
 

@@ -184,6 +184,14 @@ TEST(OptionSetBoxes, ReadBackExactlyAndRefuseWhatIsNone) {
   EXPECT_TRUE(box.isEmpty());
 }
 
+TEST_F(OptionSetTest, RareOptionsMustBeThere) {
+  const std::string name = set_.entries().front().name;
+  set_.MarkRare({name});
+  EXPECT_TRUE(set_.Find(name)->is_rare);
+  EXPECT_FALSE(set_.entries().back().is_rare);
+  EXPECT_THROW(set_.MarkRare({"there_is_none"}), std::logic_error);
+}
+
 TEST_F(OptionSetTest, SameNameTwiceIsAMistake) {
   EXPECT_THROW(options_.Describe(&set_), std::logic_error);
 }

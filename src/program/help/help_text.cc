@@ -64,9 +64,9 @@ std::string ShortEntry(const std::string& name, const std::string& text) {
 std::string ShortOptions(const OptionSet& options, const std::vector<std::string>& required) {
   std::string first, others;
   for (const OptionSet::Entry& entry : options.entries()) {
-    if (!GroupOf(entry.name).empty() || entry.is_rare) continue;
     const bool is_required =
         std::find(required.begin(), required.end(), entry.name) != required.end();
+    if (!GroupOf(entry.name).empty() || (entry.is_rare && !is_required)) continue;
     const std::string value = entry.type == "BOOL" ? "0|1" : entry.type;
     (is_required ? first : others) +=
         ShortEntry(fmt::format("--{} {}", entry.name, value),

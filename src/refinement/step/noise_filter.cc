@@ -7,17 +7,14 @@ namespace lsmvs {
 
 namespace {
 constexpr double kMaxRoundingPx = 1e-3;
-// Half a window of 7 x 7 pixels, by which stereo and refinement compare photos. Meshes of clouds
-// have edges of 2 to 3 pixels; the shape of coarser meshes is meant.
-constexpr double kMaxEdgePx = 3.5;
 }  // namespace
 
-void FilterNoise(int num_passes, const std::vector<double>& pixel_size, TriangleMesh* mesh,
-                 const RunContext& context) {
+void FilterNoise(int num_passes, double max_edge_px, const std::vector<double>& pixel_size,
+                 TriangleMesh* mesh, const RunContext& context) {
   if (num_passes == 0) return;
   std::vector<double> limits = ShortestEdges(*mesh);
   for (size_t v = 0; v < limits.size(); ++v) {
-    if (!(limits[v] <= kMaxEdgePx * pixel_size[v])) limits[v] = 0;
+    if (!(limits[v] <= max_edge_px * pixel_size[v])) limits[v] = 0;
   }
   const std::vector<Eigen::Vector3d> before = mesh->vertices;
   FilterNormals({.num_passes = num_passes}, limits, context, mesh);

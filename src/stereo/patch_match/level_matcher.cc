@@ -247,7 +247,7 @@ void LevelMatcher::ChooseViews(int num_views, Packet* packet) {
   std::iota(order.begin(), order.begin() + num_sources, uint8_t{0});
   std::stable_sort(order.begin(), order.begin() + num_sources,
                    [&](uint8_t a, uint8_t b) { return support[a] > support[b]; });
-  // (std::sort is taken by GCC 14 to reach beyond the array.)
+  // Stable only because GCC 14 warns of std::sort here, wrongly.
   std::stable_sort(order.begin(), order.begin() + num_views);
   tile_views_[packet->tile] = order;
 }

@@ -283,13 +283,34 @@ class Cleaner {
                            ? options_.min_spike_factor * usual_pixels_ * pixel_size_[v]
                            : std::numeric_limits<double>::infinity();
     }
-    counters_.num_sunk_spikes = SinkSpikes(least_edges, context_, &mesh_);
+    const std::vector<int32_t> sunk = SinkSpikes(least_edges, context_, &mesh_);
+    for (const int32_t v : sunk) vertex_point_[v] = -1;  // its views saw another place
+    counters_.num_sunk_spikes = sunk.size();
   }
 
   void SetColors() {
     mesh_.vertex_colors.assign(mesh_.vertices.size(), Color::Zero());
     for (size_t v = 0; v < vertex_point_.size(); ++v) {
       if (vertex_point_[v] >= 0) mesh_.vertex_colors[v] = cloud_.colors[vertex_point_[v]];
+    }
+    ColorOthers();
+  }
+
+  // Vertices that are no points take the mean colour of their neighbours that are.
+  void ColorOthers() {
+    if (std::find(vertex_point_.begin(), vertex_point_.end(), -1) == vertex_point_.end()) return;
+    std::vector<Eigen::Vector3i> sums(mesh_.vertices.size(), Eigen::Vector3i::Zero());
+    std::vector<int> counts(mesh_.vertices.size(), 0);
+    for (const Eigen::Vector3i& face : mesh_.faces) {
+      for (int k = 0; k < 3; ++k) {
+        const int v = face[k], next = face[(k + 1) % 3];
+        if (vertex_point_[v] >= 0 || vertex_point_[next] < 0) continue;
+        sums[v] += mesh_.vertex_colors[next].cast<int>();
+        ++counts[v];
+      }
+    }
+    for (size_t v = 0; v < counts.size(); ++v) {
+      if (counts[v] > 0) mesh_.vertex_colors[v] = (sums[v] / counts[v]).cast<uint8_t>();
     }
   }
 

@@ -8,7 +8,8 @@
 namespace lsmvs {
 
 // Trims facets that span what nobody measured, drops components that float, closes small holes,
-// smooths; sets vertex colours. `visibility_sigma` is that of PointMergingOptions.
+// sinks lone spikes, smooths; sets vertex colours. `visibility_sigma` is that of
+// PointMergingOptions.
 //
 // Trimming weighs for each facet how far it goes beyond what is believed of a surface (its stress,
 // a ratio whose logarithm stands for a log-likelihood ratio, per square pixel of the facet) against
