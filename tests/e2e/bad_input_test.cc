@@ -202,6 +202,7 @@ TEST(BadInput, TooLittleMemory) {
 
 // Enough to begin with and too little for the work: refused before it begins.
 TEST(BadInput, TooLittleMemoryForAStage) {
+  SKIP_WITH_SANITIZERS;
   const SmallWorkspace workspace;
   // Surfaces are made in parts, but one part must fit.
   constexpr size_t kNumPoints = 4'000'000, kBytesPerPoint = 12;

@@ -21,12 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SKIP_WITH_SANITIZERS GTEST_SKIP() << "memory is counted without sanitizers"
-#else
-#define SKIP_WITH_SANITIZERS static_cast<void>(0)
-#endif
-
 constexpr double kTolerance = 0.2;
 
 void ExpectNearPart(double planned, double measured, double part, const std::string& what) {

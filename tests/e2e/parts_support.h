@@ -10,12 +10,6 @@
 
 // For tests of stages that work in parts.
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SKIP_WITH_SANITIZERS GTEST_SKIP() << "there is no scratch memory with sanitizers"
-#else
-#define SKIP_WITH_SANITIZERS static_cast<void>(0)
-#endif
-
 namespace lsmvs {
 
 std::string ReadBytes(const std::filesystem::path& path);

@@ -6,6 +6,13 @@
 #include <string>
 #include <vector>
 
+// For tests of memory: sanitizers take several times as much, and there is no scratch memory.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SKIP_WITH_SANITIZERS GTEST_SKIP() << "memory is counted without sanitizers"
+#else
+#define SKIP_WITH_SANITIZERS static_cast<void>(0)
+#endif
+
 namespace lsmvs {
 
 struct ProgramResult {
