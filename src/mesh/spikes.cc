@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "lsmvs/mesh/self_intersections.h"
+#include "lsmvs/mesh/undo_collisions.h"
 #include "lsmvs/mesh/vertex_rings.h"
 
 namespace lsmvs {
@@ -38,9 +38,9 @@ Ring MeasureRing(const TriangleMesh& mesh, const VertexRings& rings, size_t v) {
   return ring;
 }
 
-// Moves the spikes of one round; marks the vertices that moved.
+// Moves the spikes of one round. False if there are none.
 bool SinkOnce(const VertexRings& rings, const std::vector<double>& least_edges,
-              const RunContext& context, TriangleMesh* mesh, std::vector<uint8_t>* has_moved) {
+              const RunContext& context, TriangleMesh* mesh) {
   std::vector<uint8_t> is_spike(mesh->vertices.size(), 0);
   ParallelFor(context, is_spike.size(), kVerticesPerBlock, [&](size_t v) {
     if (rings.on_border[v] || rings.begin[v] == rings.begin[v + 1]) return;
@@ -53,42 +53,8 @@ bool SinkOnce(const VertexRings& rings, const std::vector<double>& least_edges,
   for (size_t v = 0; v < is_spike.size(); ++v) {
     if (is_spike[v]) moves.emplace_back(v, MeasureRing(*mesh, rings, v).middle);
   }
-  for (const auto& [v, middle] : moves) {
-    mesh->vertices[v] = middle;
-    (*has_moved)[v] = 1;
-  }
+  for (const auto& [v, middle] : moves) mesh->vertices[v] = middle;
   return !moves.empty();
-}
-
-// Takes back the spikes whose faces cross others now and did not before. The grid is that of the
-// present places: it cuts the long boxes of spikes.
-void TakeBackCrossings(const std::vector<Eigen::Vector3d>& before, const RunContext& context,
-                       TriangleMesh* mesh, std::vector<uint8_t>* has_moved) {
-  std::vector<uint8_t> is_active(mesh->faces.size());
-  for (bool any = true; any;) {
-    context.ThrowIfCancelled();
-    any = false;
-    for (size_t f = 0; f < is_active.size(); ++f) {
-      const Eigen::Vector3i& face = mesh->faces[f];
-      is_active[f] = std::any_of(face.begin(), face.end(),
-                                 [&](int v) { return (*has_moved)[static_cast<size_t>(v)] != 0; });
-    }
-    const FaceGrid grid(mesh->vertices, mesh->faces);
-    for (const auto& [a, b] : grid.CrossingPairs(is_active, context)) {
-      const Eigen::Vector3i &face_a = mesh->faces[static_cast<size_t>(a)],
-                            &face_b = mesh->faces[static_cast<size_t>(b)];
-      if (FacesCross(before, face_a, face_b)) continue;
-      for (const Eigen::Vector3i& face : {face_a, face_b}) {
-        for (const int vertex : face) {
-          const auto v = static_cast<size_t>(vertex);
-          if (!(*has_moved)[v]) continue;
-          mesh->vertices[v] = before[v];
-          (*has_moved)[v] = 0;
-          any = true;
-        }
-      }
-    }
-  }
 }
 
 }  // namespace
@@ -96,19 +62,18 @@ void TakeBackCrossings(const std::vector<Eigen::Vector3d>& before, const RunCont
 std::vector<int32_t> SinkSpikes(const std::vector<double>& least_edges, const RunContext& context,
                                 TriangleMesh* mesh) {
   const std::vector<Eigen::Vector3d> before = mesh->vertices;
-  std::vector<uint8_t> has_moved(before.size(), 0);
   bool any = false;
   {
     const VertexRings rings = BuildVertexRings(*mesh);
     for (int round = 0; round < kMaxRounds; ++round) {
-      if (!SinkOnce(rings, least_edges, context, mesh, &has_moved)) break;
+      if (!SinkOnce(rings, least_edges, context, mesh)) break;
       any = true;
     }
   }
-  if (any) TakeBackCrossings(before, context, mesh, &has_moved);
+  if (any) UndoCollisions(mesh->faces, before, &mesh->vertices, context, true);
   std::vector<int32_t> moved;
-  for (size_t v = 0; v < has_moved.size(); ++v) {
-    if (has_moved[v]) moved.push_back(static_cast<int32_t>(v));
+  for (size_t v = 0; v < before.size(); ++v) {
+    if (mesh->vertices[v] != before[v]) moved.push_back(static_cast<int32_t>(v));
   }
   return moved;
 }

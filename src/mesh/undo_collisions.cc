@@ -1,6 +1,7 @@
 #include "lsmvs/mesh/undo_collisions.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "lsmvs/mesh/self_intersections.h"
 
@@ -8,7 +9,8 @@ namespace lsmvs {
 
 size_t UndoCollisions(std::span<const Eigen::Vector3i> faces,
                       const std::vector<Eigen::Vector3d>& before,
-                      std::vector<Eigen::Vector3d>* after, const RunContext& context) {
+                      std::vector<Eigen::Vector3d>* after, const RunContext& context,
+                      bool has_long_steps) {
   size_t num_undone = 0;
   std::vector<uint8_t> has_moved(before.size());
   for (size_t v = 0; v < before.size(); ++v) has_moved[v] = before[v] != (*after)[v];
@@ -17,12 +19,17 @@ size_t UndoCollisions(std::span<const Eigen::Vector3i> faces,
            mark[static_cast<size_t>(f[2])];
   };
   std::vector<uint8_t> changed = has_moved, moved(faces.size());
-  FaceGrid grid(*after, faces, before);
+  std::optional<FaceGrid> grid;
   // Each pass takes back at least one vertex.
   for (bool any = true; any;) {
     context.ThrowIfCancelled();
     for (size_t f = 0; f < faces.size(); ++f) moved[f] = touches(faces[f], changed);
-    const auto pairs = grid.CrossingPairs(moved, context);
+    if (has_long_steps) {
+      grid.emplace(*after, faces);
+    } else if (!grid) {
+      grid.emplace(*after, faces, before);
+    }
+    const auto pairs = grid->CrossingPairs(moved, context);
     std::fill(changed.begin(), changed.end(), uint8_t{0});
     any = false;
     for (const auto& [a, b] : pairs) {

@@ -20,8 +20,8 @@ std::unique_ptr<Command> MakeMesherCommand() {
       "- mesh_texturer, with --texture: textured/mesh.ply and its pages textured/texture*.png\n"
       "A rerun skips what is up to date by lsmvs/run.json; a stopped or killed run goes on where "
       "it was. Files that COLMAP or you made are used as they are; where one is in the way, the "
-      "run "
-      "stops, or replaces it with --overwrite. Ctrl-C ends a run cleanly. Results do not depend on "
+      "run stops, or replaces it with --overwrite. Ctrl-C ends a run cleanly. Results do not "
+      "depend on "
       "the number of threads.",
       {"lsmvs-mesher project", "lsmvs-mesher project --quality medium --texture --max_memory 8GB",
        "lsmvs-mesher project/dense/0 --from visibility_mesher --VisibilityMeshing.max_proj_dist 1"},
