@@ -36,6 +36,11 @@ namespace lsmvs {
 //   <root>/lsmvs/jobs/<batch>/<slice>/<k>.json record of the slice's task k, written last
 //   <root>/lsmvs/jobs/<batch>/<slice>/files/   its outputs
 //   <root>/lsmvs/jobs/<batch>/<slice>/progress share that is done, every two seconds
+//   <root>/lsmvs/jobs/<batch>/<slice>/leader   how the slice's helpers reach it
+// A task that cannot be divided, because each of its steps needs all of the one before, shares the
+// loops of its steps with helpers (helper_leader.h): further jobs of its batch. They read the same
+// files, connect to the task's job, and compute what it hands out. They write nothing. Whether they
+// come, when, and how they end, makes no difference to the result.
 // The driver looks for records, renames the files to where they belong and puts the task on record:
 // run.json has one writer. The contents of a task's inputs are what they were when it was
 // submitted, or its result is thrown away. Hence the same bytes as a local run, however often jobs,
@@ -105,6 +110,7 @@ struct StageDivision {
   size_t memory_bytes = 0;  // that a job asks for
   double job_seconds = 0;   // that a job takes, about
   size_t jobs_at_once = 1;  // at most
+  size_t num_helpers = 0;   // further jobs that take part in a single one
 };
 
 // Jobs of the stage at hand, as they are known at present.

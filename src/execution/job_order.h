@@ -33,6 +33,8 @@ struct JobOrder {
   size_t memory_bytes = 0;                       // that a job's process may take
   double seconds = 0;                            // limit that was asked for
   std::vector<std::vector<OrderedTask>> slices;  // one a job
+  // Further jobs, numbered after the slices: they help the first one (shared_loop.h).
+  size_t num_helpers = 0;
 };
 
 // Hash of what the task's results depend on, but for the contents of its inputs. `root`: of the
@@ -55,10 +57,10 @@ struct JobNumber {
 // Throws UsageError.
 JobNumber ParseJobNumber(const std::string& text);
 
-// Runs a job of the run in `root`: its tasks, those of `tasks` that the order names. What earlier
-// starts of the same job have finished is not done again. A task that fails leaves a record of it,
-// for the driver, and ends the job with what it threw. Throws InputError if the order's tasks are
-// not to be found or are not the same.
+// Runs a job of the run in `root`, or helps one: its tasks, those of `tasks` that the order names.
+// What earlier starts of the same job have finished is not done again. A task that fails leaves a
+// record of it, for the driver, and ends the job with what it threw. Throws InputError if the
+// order's tasks are not to be found or are not the same.
 void RunJob(const std::filesystem::path& root, const JobNumber& job, const std::vector<Task>& tasks,
             const RunContext& context);
 

@@ -4,11 +4,13 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "lsmvs/util/cost_estimate.h"
 #include "lsmvs/util/run_context.h"
+#include "lsmvs/util/shared_loop.h"
 
 namespace lsmvs {
 
@@ -66,6 +68,10 @@ struct Task {
   // tasks that need not run. May be empty.
   std::function<void(Task* task)> measure_cost = {};
   std::function<TaskCounts(const TaskRun&)> run;
+  // Other machines can take part in the task's loops (RunContext::helpers): so many at most are of
+  // use. What they run is this; it lives no longer than the context.
+  size_t max_helpers = 0;
+  std::function<std::unique_ptr<LoopWorker>(const RunContext& context)> make_worker = {};
 };
 
 }  // namespace lsmvs

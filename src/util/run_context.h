@@ -8,6 +8,8 @@
 
 namespace lsmvs {
 
+class LoopHelpers;
+
 // Receives the progress of the work; called from any thread, at most a few hundred times a stage.
 class ProgressSink {
  public:
@@ -32,6 +34,9 @@ class RunContext {
   size_t memory_budget_bytes;
   // Set by a signal handler or another thread to stop; may be null.
   const std::atomic<bool>* cancel = nullptr;
+
+  // Processes on other machines that take part in loops (shared_loop.h); null: none.
+  LoopHelpers* helpers = nullptr;
 
   bool Cancelled() const { return cancel != nullptr && cancel->load(std::memory_order_relaxed); }
   // Throws CancelledError.

@@ -5,8 +5,10 @@
 
 #include <chrono>
 #include <fstream>
+#include <memory>
 #include <sstream>
 #include <thread>
+#include <utility>
 
 #include "lsmvs/util/error.h"
 #include "text_tasks.h"
@@ -84,6 +86,61 @@ Task MakeJobTask(const fs::path& root, const std::string& stage, const std::stri
   return task;
 }
 
+constexpr size_t kNumItems = 60;
+
+std::string ItemText(const std::string& word, size_t item) {
+  return " " + word + std::to_string(item);
+}
+
+// A helper of the last task. It obeys hooks, too.
+class TextWorker : public LoopWorker {
+ public:
+  explicit TextWorker(fs::path root) : root_(std::move(root)) {}
+  void SetState(int /*key*/, std::string bytes) override { word_ = std::move(bytes); }
+  void Begin(int /*kind*/) override {
+    std::ofstream(root_ / "starts/helper", std::ios::app) << "start\n";
+    Obey(TakeHook(root_, "helper"), root_, RunContext(1));
+  }
+  std::string Compute(int /*kind*/, size_t item) override {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    return ItemText(word_, item);
+  }
+
+ private:
+  const fs::path root_;
+  std::string word_;
+};
+
+// Appends what the items give, in their order.
+void AppendItems(const std::string& word, const fs::path& output, const RunContext& context) {
+  std::vector<std::string> texts(kNumItems);
+  SharedLoop loop;
+  loop.count = kNumItems;
+  loop.states = [&] {
+    return std::vector<LoopState>{{1, std::make_shared<const std::string>(word)}};
+  };
+  loop.compute = [&](size_t item, const std::function<bool()>& is_first) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    if (is_first()) texts[item] = ItemText(word, item);
+  };
+  loop.keep = [&](size_t item, std::string_view text) { texts[item] = text; };
+  RunSharedLoop(loop, context);
+  std::ofstream file(output, std::ios::app);
+  for (const std::string& text : texts) file << text;
+}
+
+// Of the last task: several loops, if there are helpers until one has come.
+void ShareLoops(const fs::path& root, const std::string& word, const TaskRun& run) {
+  for (int i = 0; i < 10; ++i) AppendItems(word, run.outputs.front(), run.context);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  const fs::path unused = run.outputs.front().string() + ".unused";
+  while (run.context.helpers != nullptr && NumStarts(root, "helper") == 0 &&
+         std::chrono::steady_clock::now() < end) {
+    AppendItems(word, unused, run.context);
+  }
+  fs::remove(unused);
+}
+
 }  // namespace
 
 std::vector<Task> MakeJobTasks(const fs::path& root, const std::string& word) {
@@ -102,6 +159,14 @@ std::vector<Task> MakeJobTasks(const fs::path& root, const std::string& word) {
     last = outputs;
   }
   tasks.push_back(MakeJobTask(root, "all", "all", word, last, {root / "all", root / "all.vis"}));
+  Task& all = tasks.back();
+  all.run = [=, run = all.run](const TaskRun& task_run) {
+    TaskCounts counts = run(task_run);
+    ShareLoops(root, word, task_run);
+    return counts;
+  };
+  all.max_helpers = 2;
+  all.make_worker = [=](const RunContext&) { return std::make_unique<TextWorker>(root); };
   return tasks;
 }
 

@@ -60,6 +60,41 @@ INSTANTIATE_TEST_SUITE_P(Engines, Commands,
                                          "|| exit 1; done",
                                          "parallel --will-cite -j 2 -a {commands}"));
 
+TEST(Jobs, ATaskThatIsNotDividedIsHelped) {
+  JobRun run;
+  run.Run(CommandEngine("xargs -d '\\n' -P 3 -n 1 sh -c < {commands}"));
+  EXPECT_EQ(run.Results(), LocalResults());
+  EXPECT_GT(NumStarts(run.root(), "helper"), 0u);
+  EXPECT_EQ(NumStarts(run.root(), "all"), 1u);
+  EXPECT_EQ(run.observer.Notes(), "");
+}
+
+TEST(Jobs, AHelperThatCrashesChangesNothing) {
+  JobRun run;
+  AddHook(run.root(), "helper", "crash");
+  run.Run(CommandEngine("xargs -d '\\n' -P 3 -n 1 sh -c < {commands}"));
+  EXPECT_EQ(run.Results(), LocalResults());
+  EXPECT_GT(NumStarts(run.root(), "helper"), 0u);
+}
+
+// What is short, and what must not be, has none.
+TEST(Jobs, HelpersAreAsManyAsAreOfUse) {
+  Task task;
+  task.max_helpers = 5;
+  task.cost.cpu_seconds = 1000;
+  EngineOptions options;
+  EXPECT_EQ(NumHelpers(task, 1, 100, options), 5u);
+  EXPECT_EQ(NumHelpers(task, 1, 3, options), 2u);
+  EXPECT_EQ(NumHelpers(task, 1, 1, options), 0u);
+  task.cost.cpu_seconds = 17;
+  EXPECT_EQ(NumHelpers(task, 1, 100, options), 2u);
+  EXPECT_EQ(NumHelpers(task, 4, 100, options), 0u);
+  options.job_minutes = 0;
+  EXPECT_EQ(NumHelpers(task, 4, 100, options), 5u);
+  task.max_helpers = 0;
+  EXPECT_EQ(NumHelpers(task, 1, 100, options), 0u);
+}
+
 TEST(Jobs, SeveralTasksShareAJob) {
   JobRun run;
   EngineOptions options = CommandEngine("echo {count} >> counts; sh {commands}");

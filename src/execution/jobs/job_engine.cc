@@ -134,6 +134,10 @@ class JobEngine : public Engine {
       division.num_jobs += num_jobs;
       division.jobs_at_once = std::max(division.jobs_at_once, std::min(num_jobs, at_once));
     }
+    if (division.num_jobs == 1 && to_run.size() == 1) {
+      division.num_helpers =
+          NumHelpers(tasks[to_run.front()], division.num_threads, at_once, options_);
+    }
     division.job_seconds = stage.cost.cpu_seconds / division.num_threads /
                            static_cast<double>(std::max<size_t>(1, division.num_jobs));
     return division;

@@ -32,6 +32,8 @@ fs::path OutcomePath(const fs::path& slice_folder, size_t position) {
   return slice_folder / fmt::format("{}.json", position);
 }
 
+fs::path LeaderPath(const fs::path& slice_folder) { return slice_folder / "leader"; }
+
 // Outputs outside the run's folder lie beside their places, so that they can be renamed.
 fs::path JobOutputPath(const fs::path& slice_folder, const std::string& key, JobOutput state) {
   const fs::path path = key;

@@ -23,6 +23,8 @@ struct TaskOutcome {
 std::filesystem::path SliceFolder(const std::filesystem::path& batch_folder, size_t slice);
 std::filesystem::path LogPath(const std::filesystem::path& batch_folder, size_t slice);
 std::filesystem::path OutcomePath(const std::filesystem::path& slice_folder, size_t position);
+// Where the job of a slice says how its helpers reach it (helper_leader.h).
+std::filesystem::path LeaderPath(const std::filesystem::path& slice_folder);
 // Where a job writes an output with this key of the file table, and where it lies once its task is
 // done.
 enum class JobOutput { kWriting, kDone };

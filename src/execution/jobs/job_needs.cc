@@ -31,6 +31,16 @@ size_t ProgramMemoryBytes(size_t job_bytes) {
   return static_cast<size_t>(kProgramShare * static_cast<double>(job_bytes));
 }
 
+size_t NumHelpers(const Task& task, int num_threads, size_t jobs_at_once,
+                  const EngineOptions& options) {
+  // Of each helper, so much work that its start does not count.
+  const double least_seconds = std::min(kLeastShortest, 60 * options.job_minutes);
+  const double seconds = task.cost.cpu_seconds / num_threads;
+  const double most = least_seconds > 0 ? seconds / least_seconds : seconds > 0 ? 1e6 : 0;
+  const auto worth = static_cast<size_t>(std::max(0.0, most - 1));
+  return std::min({worth, task.max_helpers, jobs_at_once - 1});
+}
+
 double JobTimeLimit(double planned_cpu_seconds, int num_threads, double factor) {
   return (kMoreTime * planned_cpu_seconds / num_threads + kMoreSeconds) * factor;
 }

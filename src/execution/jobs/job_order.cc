@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormat = 1;
+constexpr int kFormat = 2;
 constexpr const char* kOrderFile = "order.json";
 
 Json ToJson(const OrderedTask& task) {
@@ -43,6 +43,7 @@ JobOrder OrderFromJson(const Json& json) {
   order.num_threads = json.at("num_threads").get<int>();
   order.memory_bytes = json.at("memory_bytes").get<size_t>();
   order.seconds = json.at("seconds").get<double>();
+  order.num_helpers = json.at("num_helpers").get<size_t>();
   for (const Json& slice : json.at("slices")) {
     order.slices.emplace_back();
     for (const Json& task : slice) order.slices.back().push_back(TaskFromJson(task));
@@ -74,6 +75,7 @@ void WriteJobOrder(const fs::path& batch_folder, const JobOrder& order) {
                {"num_threads", order.num_threads},
                {"memory_bytes", order.memory_bytes},
                {"seconds", order.seconds},
+               {"num_helpers", order.num_helpers},
                {"slices", Json::array()}};
   for (const auto& slice : order.slices) {
     Json tasks = Json::array();

@@ -179,6 +179,8 @@ void JobWatch::Publish(size_t i, const PublishingRecord& done, const fs::path& s
 // Removes what is left of a batch once all its tasks are accounted for.
 bool JobWatch::Close(const LiveBatch& batch) const {
   if (batch.NumOpen() > 0) return false;
+  // Helpers end by themselves, but for those that still wait in the queue.
+  if (batch.order.num_helpers > 0) jobs_.system.Cancel(batch.handle);
   if (!jobs_.failed_batches.contains(batch.folder.string())) {
     std::error_code ignored;
     fs::remove_all(batch.folder, ignored);

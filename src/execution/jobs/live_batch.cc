@@ -41,7 +41,7 @@ JobBatch LiveBatch::ToJobBatch(const std::string& program, const fs::path& root)
   JobBatch batch;
   batch.name = order.batch_name;
   batch.folder = folder;
-  batch.num_jobs = slices.size();
+  batch.num_jobs = slices.size() + order.num_helpers;
   batch.command = {program, "run_task", fs::absolute(root).string(), "--task",
                    folder.filename().string() + "."};
   batch.num_threads = order.num_threads;

@@ -1,9 +1,13 @@
+#include <algorithm>
 #include <chrono>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "lsmvs/execution/file_table.h"
+#include "lsmvs/execution/helpers/helper_leader.h"
 #include "lsmvs/execution/job_order.h"
 #include "lsmvs/execution/jobs/job_files.h"
 #include "lsmvs/execution/run_record.h"
@@ -80,6 +84,7 @@ class JobRunner {
     ProgressFile progress(slice_folder_);
     RunContext context = context_;
     context.set_progress(&progress);
+    if (order_.num_helpers > 0) context.helpers = &leader_.emplace(LeaderPath(slice_folder_));
     for (size_t k = 0; k < slice_.size(); ++k) {
       const fs::path outcome = OutcomePath(slice_folder_, k);
       if (fs::exists(outcome)) continue;
@@ -101,13 +106,16 @@ class JobRunner {
                      "stop the run and start it again");
   }
 
-  void RunOne(const OrderedTask& ordered, const fs::path& outcome_path,
-              const RunContext& context) const {
+  void RunOne(const OrderedTask& ordered, const fs::path& outcome_path, const RunContext& context) {
     TaskOutcome outcome;
     outcome.node = node_;
     try {
       const Task& task = Find(ordered);
       RunTask(task, ordered.inputs_hash, Site(ordered), context, [&](FinishedTask done) {
+        if (leader_) {
+          done.record.counts["items_by_helpers"] =
+              static_cast<double>(leader_->num_items_by_helpers());
+        }
         outcome.done = Keep(ordered.name, std::move(done));
         WriteOutcome(outcome_path, outcome);
       });
@@ -165,14 +173,35 @@ class JobRunner {
   const std::string node_;
   const RunContext& context_;
   std::vector<OrderedTask> slice_;
+  std::optional<HelperLeader> leader_;
   std::map<std::string, const Task*> tasks_;
 };
+
+// A job that helps the first slice of its batch.
+void RunHelper(const fs::path& root, const fs::path& batch_folder, const JobOrder& order,
+               const std::vector<Task>& tasks, const RunContext& context) {
+  const OrderedTask& ordered = order.slices.front().front();
+  const FileTable files(root);
+  const auto task = std::find_if(tasks.begin(), tasks.end(), [&](const Task& candidate) {
+    return candidate.name == ordered.name && IdentityOf(candidate, files) == ordered.identity;
+  });
+  if (task == tasks.end() || !task->make_worker) return;
+  const fs::path folder = SliceFolder(batch_folder, 0);
+  const auto is_over = [&] { return !fs::exists(folder) || fs::exists(OutcomePath(folder, 0)); };
+  const std::unique_ptr<LoopWorker> worker = task->make_worker(context);
+  HelpLeader(LeaderPath(folder), is_over, worker.get(), context);
+}
 
 }  // namespace
 
 void RunJob(const fs::path& root, const JobNumber& job, const std::vector<Task>& tasks,
             const RunContext& context) {
-  JobRunner(root, JobsFolder(root) / job.batch, job.slice, tasks, context).Run();
+  const fs::path batch_folder = JobsFolder(root) / job.batch;
+  const JobOrder order = ReadJobOrder(batch_folder);
+  const bool helps =
+      job.slice >= order.slices.size() && job.slice < order.slices.size() + order.num_helpers;
+  if (helps) return RunHelper(root, batch_folder, order, tasks, context);
+  JobRunner(root, batch_folder, job.slice, tasks, context).Run();
 }
 
 }  // namespace lsmvs

@@ -63,6 +63,10 @@ std::string JobLine(const PlannedStage& stage, const PlanHeader& header) {
   const std::string needs = fmt::format("{} {} and {}", division.num_threads,
                                         division.num_threads == 1 ? "thread" : "threads",
                                         FormatBytes(division.memory_bytes));
+  if (division.num_helpers > 0) {
+    return fmt::format("  {:<20} a single job, with {} that help it: {} each\n", "",
+                       division.num_helpers, needs);
+  }
   if (division.num_jobs == 1) {
     return fmt::format("  {:<20} a single job, not divided ({}): {}\n", "",
                        stage.end - stage.begin == 1 ? WhyAlone(stage.name)
