@@ -12,6 +12,7 @@
 #include "lsmvs/pipeline/tasks/cloud_check.h"
 #include "lsmvs/pipeline/tasks/expected_sizes.h"
 #include "lsmvs/pipeline/tasks/task_inputs.h"
+#include "lsmvs/refinement/refinement_worker.h"
 #include "lsmvs/surface/memory_model.h"
 #include "lsmvs/surface/point_merging.h"
 #include "lsmvs/util/check.h"
@@ -228,7 +229,14 @@ TaskCounts RunRefinement(const Reconstruction& reconstruction, const std::filesy
           {"pairs", static_cast<double>(result.num_pairs)},
           {"steps_found", static_cast<double>(result.num_steps_found)},
           {"photo_error_before", result.input_photo_error},
-          {"photo_error_after", result.output_photo_error}};
+          {"photo_error_after", result.output_photo_error},
+          {"prepare_seconds", result.prepare_seconds},
+          {"filter_seconds", result.filter_seconds},
+          {"remesh_seconds", result.remesh_seconds},
+          {"optimize_seconds", result.optimize_seconds},
+          {"guard_seconds", result.guard_seconds},
+          {"simplify_seconds", result.simplify_seconds},
+          {"color_seconds", result.color_seconds}};
 }
 
 }  // namespace
@@ -296,6 +304,14 @@ Task MakeRefinementTask(const ReconstructionPtr& reconstruction,
   task.checkpoint_bytes = RefinementCheckpointBytes(num_faces, options.refinement);
   task.output_bytes = ExpectedRefinedBytes(num_faces);
   task.run = [=](const TaskRun& run) { return RunRefinement(*reconstruction, input_mesh, run); };
+  // Each helper should have some views for every step.
+  constexpr size_t kViewsOfHelper = 4;
+  task.max_helpers = reconstruction->scene.views.size() / kViewsOfHelper;
+  task.make_worker = [=](const RunContext& worker_context) {
+    PrepareStage(*reconstruction, worker_context);
+    return MakeRefinementWorker(reconstruction->scene, *reconstruction->images,
+                                reconstruction->options.refinement, worker_context);
+  };
   return task;
 }
 

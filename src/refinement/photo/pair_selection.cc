@@ -12,6 +12,8 @@
 
 #include "lsmvs/image/face_blocks.h"
 #include "lsmvs/refinement/photo/surface_map_cache.h"
+#include "lsmvs/refinement/sharing/loop_states.h"
+#include "lsmvs/util/shared_loop.h"
 
 namespace lsmvs {
 
@@ -63,14 +65,15 @@ class Selector {
     FindReversed();
   }
 
-  // Chooses for the faces of one region.
-  void SelectFor(std::span<const int32_t> faces, FacePairs* result) {
+  // Chooses for the faces of one region; their place in the block is from `place`.
+  void SelectFor(std::span<const int32_t> faces, size_t place, BlockPairs* result) {
     const Surroundings near = FindSurroundings(faces);
     std::vector<std::vector<Ranked>> rankings;
     Scratch scratch{std::vector<Sighting>(views_.size()), std::vector<double>(candidates_.size())};
     std::vector<double> totals(candidates_.size(), 0.0);
-    for (const int32_t face : faces) {
-      rankings.push_back(RankFor(static_cast<size_t>(face), near, &scratch, result));
+    for (size_t k = 0; k < faces.size(); ++k) {
+      rankings.push_back(
+          RankFor(static_cast<size_t>(faces[k]), near, &scratch, &result->area_px[place + k]));
       for (const Ranked& ranked : rankings.back()) {
         totals[static_cast<size_t>(ranked.pair)] += ranked.score;
       }
@@ -80,10 +83,8 @@ class Selector {
     for (const size_t p : near.pairs) {
       if (totals[p] > 0) best.push_back({totals[p], static_cast<int>(p), 0});
     }
-    KeepBest(static_cast<size_t>(result->per_face), &best);
-    for (size_t k = 0; k < faces.size(); ++k) {
-      Assign(static_cast<size_t>(faces[k]), best, &rankings[k], result);
-    }
+    KeepBest(static_cast<size_t>(options_.max_pairs_per_face), &best);
+    for (size_t k = 0; k < faces.size(); ++k) Assign(place + k, best, &rankings[k], result);
   }
 
  private:
@@ -209,7 +210,7 @@ class Selector {
 
   // The pairs that see a face; notes its area.
   std::vector<Ranked> RankFor(size_t face, const Surroundings& near, Scratch* scratch,
-                              FacePairs* result) const {
+                              float* area_px) const {
     const Eigen::Vector3i& f = mesh_.faces[face];
     const Eigen::Vector3d center =
         (mesh_.vertices[f[0]] + mesh_.vertices[f[1]] + mesh_.vertices[f[2]]) / 3.0;
@@ -233,15 +234,15 @@ class Selector {
       ranked.push_back({score, static_cast<int>(p), 0.5 * (a.pixel_size + b.pixel_size)});
       best_area = std::max(best_area, std::min(a.area_px, b.area_px));
     }
-    result->area_px[face] = static_cast<float>(best_area);
+    *area_px = static_cast<float>(best_area);
     return ranked;
   }
 
   // Of `best`, those that are also in `own`; the best of `own` if there is none.
-  static void Assign(size_t face, const std::vector<Ranked>& best, std::vector<Ranked>* own,
-                     FacePairs* result) {
+  void Assign(size_t place, const std::vector<Ranked>& best, std::vector<Ranked>* own,
+              BlockPairs* result) const {
     if (own->empty()) return;
-    int32_t* slots = &result->of_face[face * static_cast<size_t>(result->per_face)];
+    int32_t* slots = &result->of_face[place * static_cast<size_t>(options_.max_pairs_per_face)];
     int count = 0;
     double pixel_size = 0;
     for (const Ranked& candidate : best) {
@@ -256,7 +257,7 @@ class Selector {
       slots[count++] = own->front().pair;
       pixel_size = own->front().pixel_size;
     }
-    result->pixel_size[face] = static_cast<float>(pixel_size / count);
+    result->pixel_size[place] = static_cast<float>(pixel_size / count);
   }
 
   const std::vector<PosedCamera>& views_;
@@ -269,6 +270,82 @@ class Selector {
   SurfaceMapCache depths_;  // of coarse_
 };
 
+}  // namespace
+
+class PairSelection::Impl {
+ public:
+  Impl(const std::vector<PosedCamera>& views, const std::vector<ViewPair>& candidates,
+       const TriangleMesh& mesh, const FaceRegions& regions, const FacePairs* used,
+       const PairSelectionOptions& options, const RunContext& context)
+      : per_face_(static_cast<size_t>(options.max_pairs_per_face)),
+        begins_(static_cast<size_t>(regions.count) + 1, 0),
+        faces_(mesh.faces.size()),
+        selector_(views, candidates, mesh, used, options, context) {
+    for (const int32_t region : regions.of_face) ++begins_[static_cast<size_t>(region) + 1];
+    std::partial_sum(begins_.begin(), begins_.end(), begins_.begin());
+    std::vector<size_t> next(begins_.begin(), begins_.end() - 1);
+    for (size_t f = 0; f < mesh.faces.size(); ++f) {
+      faces_[next[static_cast<size_t>(regions.of_face[f])]++] = static_cast<int32_t>(f);
+    }
+  }
+
+  size_t num_items() const {
+    return (begins_.size() - 1 + kRegionsPerBlock - 1) / kRegionsPerBlock;
+  }
+
+  BlockPairs Select(size_t item) {
+    const std::span<const int32_t> faces = FacesOf(item);
+    BlockPairs block{std::vector<int32_t>(faces.size() * per_face_, -1),
+                     std::vector<float>(faces.size(), 0.0f),
+                     std::vector<float>(faces.size(), 0.0f)};
+    for (size_t r = FirstRegion(item); r < FirstRegion(item + 1); ++r) {
+      const size_t place = begins_[r] - begins_[FirstRegion(item)];
+      selector_.SelectFor(faces.subspan(place, begins_[r + 1] - begins_[r]), place, &block);
+    }
+    return block;
+  }
+
+  void Store(size_t item, const BlockPairs& block, FacePairs* result) const {
+    const std::span<const int32_t> faces = FacesOf(item);
+    for (size_t k = 0; k < faces.size(); ++k) {
+      const auto face = static_cast<size_t>(faces[k]);
+      std::copy_n(&block.of_face.at(k * per_face_), per_face_, &result->of_face[face * per_face_]);
+      result->pixel_size[face] = block.pixel_size.at(k);
+      result->area_px[face] = block.area_px.at(k);
+    }
+  }
+
+ private:
+  size_t FirstRegion(size_t item) const {
+    return std::min(item * kRegionsPerBlock, begins_.size() - 1);
+  }
+  std::span<const int32_t> FacesOf(size_t item) const {
+    const size_t begin = begins_[FirstRegion(item)], end = begins_[FirstRegion(item + 1)];
+    return std::span(faces_).subspan(begin, end - begin);
+  }
+
+  const size_t per_face_;
+  // Faces by regions: those of region r are faces_[begins_[r] .. begins_[r + 1]).
+  std::vector<size_t> begins_;
+  std::vector<int32_t> faces_;
+  Selector selector_;
+};
+
+PairSelection::PairSelection(const std::vector<PosedCamera>& views,
+                             const std::vector<ViewPair>& candidates, const TriangleMesh& mesh,
+                             const FaceRegions& regions, const FacePairs* used,
+                             const PairSelectionOptions& options, const RunContext& context)
+    : impl_(std::make_unique<Impl>(views, candidates, mesh, regions, used, options, context)) {}
+
+PairSelection::~PairSelection() = default;
+size_t PairSelection::num_items() const { return impl_->num_items(); }
+BlockPairs PairSelection::Select(size_t item) { return impl_->Select(item); }
+void PairSelection::Store(size_t item, const BlockPairs& block, FacePairs* result) const {
+  impl_->Store(item, block, result);
+}
+
+namespace {
+
 FacePairs Select(const std::vector<PosedCamera>& views, const std::vector<ViewPair>& candidates,
                  const TriangleMesh& mesh, const FaceRegions& regions, const FacePairs* used,
                  const PairSelectionOptions& options, const RunContext& context) {
@@ -278,19 +355,21 @@ FacePairs Select(const std::vector<PosedCamera>& views, const std::vector<ViewPa
   result.of_face.assign(mesh.faces.size() * static_cast<size_t>(result.per_face), -1);
   result.pixel_size.assign(mesh.faces.size(), 0.0f);
   result.area_px.assign(mesh.faces.size(), 0.0f);
-  // Faces by regions: those of region r are faces[begins[r] .. begins[r + 1]).
-  std::vector<size_t> begins(static_cast<size_t>(regions.count) + 1, 0);
-  for (const int32_t region : regions.of_face) ++begins[static_cast<size_t>(region) + 1];
-  std::partial_sum(begins.begin(), begins.end(), begins.begin());
-  std::vector<int32_t> faces(mesh.faces.size());
-  std::vector<size_t> next(begins.begin(), begins.end() - 1);
-  for (size_t f = 0; f < mesh.faces.size(); ++f) {
-    faces[next[static_cast<size_t>(regions.of_face[f])]++] = static_cast<int32_t>(f);
-  }
-  Selector selector(views, candidates, mesh, used, options, context);
-  ParallelFor(context, static_cast<size_t>(regions.count), kRegionsPerBlock, [&](size_t r) {
-    selector.SelectFor(std::span(faces).subspan(begins[r], begins[r + 1] - begins[r]), &result);
-  });
+  PairSelection selection(views, candidates, mesh, regions, used, options, context);
+  SharedLoop loop;
+  loop.kind = kPairSelectionLoop;
+  loop.count = selection.num_items();
+  loop.states = [&] {
+    return PairSelectionStates(views, candidates, mesh, regions, used, options);
+  };
+  loop.compute = [&](size_t item, const std::function<bool()>& is_first) {
+    const BlockPairs block = selection.Select(item);
+    if (is_first()) selection.Store(item, block, &result);
+  };
+  loop.keep = [&](size_t item, std::string_view bytes) {
+    selection.Store(item, DecodeBlockPairs(bytes), &result);
+  };
+  RunSharedLoop(loop, context);
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "lsmvs/mesh/triangle_mesh.h"
@@ -43,6 +44,35 @@ struct FacePairs {
   std::vector<float> area_px;
 
   bool Seen(size_t face) const { return of_face[face * static_cast<size_t>(per_face)] >= 0; }
+};
+
+// Pairs of the faces of some regions that follow each other, face by face in the order of the
+// regions; as FacePairs.
+struct BlockPairs {
+  std::vector<int32_t> of_face;
+  std::vector<float> pixel_size, area_px;
+};
+
+// The selection below, block by block: an item is a block of regions. Refers to what it is made
+// with. Thread-safe, but for Store() of the same item.
+class PairSelection {
+ public:
+  // `used`: null, or as in SelectOtherFacePairs.
+  PairSelection(const std::vector<PosedCamera>& views, const std::vector<ViewPair>& candidates,
+                const TriangleMesh& mesh, const FaceRegions& regions, const FacePairs* used,
+                const PairSelectionOptions& options, const RunContext& context);
+  ~PairSelection();
+  PairSelection(const PairSelection&) = delete;
+  PairSelection& operator=(const PairSelection&) = delete;
+
+  size_t num_items() const;
+  BlockPairs Select(size_t item);
+  // Throws std::out_of_range for a block of another size.
+  void Store(size_t item, const BlockPairs& block, FacePairs* result) const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 // Chooses pairs region by region, so that what a pair judges is connected and can be worked on in
