@@ -4,6 +4,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/error.h"
@@ -15,6 +17,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
+
+// Puts a member behind the others. Json's operator[] looks through all of them for the name first,
+// which takes time with the square of their number.
+void Append(const std::string& name, Json value, Json* object) {
+  object->get_ref<Json::object_t&>().emplace_back(name, std::move(value));
+}
 
 // "name=value" lines as an object, so that people can read them.
 Json OptionsToJson(const std::string& options) {
@@ -102,27 +110,13 @@ void AddTask(const std::string& name, const TaskRecord& task, Json* stages) {
   if (groups.is_null()) groups = Json::array();
   Json* group = FindGroup(&groups, task.version, OptionsToJson(task.options));
   AddToTotals(task, group);
-  (*group)["tasks"][name] = ToJson(task);
+  Append(name, ToJson(task), &(*group)["tasks"]);
 }
 
 Json StagesToJson(const std::map<std::string, TaskRecord>& tasks) {
   Json stages = Json::object();
   for (const auto& [name, task] : tasks) AddTask(name, task, &stages);
   return stages;
-}
-
-void StagesFromJson(const Json& stages, std::map<std::string, TaskRecord>* tasks) {
-  for (const auto& [stage, groups] : stages.items()) {
-    for (const Json& group : groups) {
-      for (const auto& [name, json] : group.at("tasks").items()) {
-        TaskRecord task = TaskFromJson(json);
-        task.stage = stage;
-        task.version = group.at("version").get<std::string>();
-        task.options = OptionsFromJson(group.at("options"));
-        tasks->emplace(name, std::move(task));
-      }
-    }
-  }
 }
 
 Json ToJson(const PublishingRecord& publishing) {
@@ -150,15 +144,65 @@ PublishingRecord PublishingFromJson(const Json& json) {
   return publishing;
 }
 
-void FromJson(const Json& json, RunRecord* record) {
-  if (json.at("format").get<int>() != kFormat) throw std::invalid_argument("unknown format");
-  record->program = json.at("program").get<std::string>();
-  StagesFromJson(json.at("stages"), &record->tasks);
-  for (const auto& [key, entry] : json.at("files").items()) {
-    record->files.entries().emplace(key, EntryFromJson(entry));
+// Reads a record. Takes tasks and files out of the text as they come, for the same reason as
+// Append().
+class RecordParser {
+ public:
+  explicit RecordParser(RunRecord* record) : record_(*record) {}
+
+  void Parse(std::istream& text) {
+    const Json json = Json::parse(text, [this](int depth, Json::parse_event_t event, Json& parsed) {
+      return Take(static_cast<size_t>(depth), event, parsed);
+    });
+    if (json.at("format").get<int>() != kFormat) throw std::invalid_argument("unknown format");
+    record_.program = json.at("program").get<std::string>();
+    if (!json.contains("stages") || !json.contains("files")) {
+      throw std::invalid_argument("stages or files are missing");
+    }
+    if (json.contains("publishing")) record_.publishing = PublishingFromJson(json["publishing"]);
   }
-  if (json.contains("publishing")) record->publishing = PublishingFromJson(json["publishing"]);
-}
+
+ private:
+  // Depths in {"stages": {STAGE: [{"tasks": {TASK: {...}}}]}, "files": {FILE: {...}}}: of a name,
+  // and of the object that it names.
+  static constexpr size_t kTop = 1, kStage = 2, kGroup = 3, kOfGroup = 4, kTask = 5, kFile = 2;
+
+  // Whether the parser is to keep what it has read.
+  bool Take(size_t depth, Json::parse_event_t event, const Json& parsed) {
+    if (event == Json::parse_event_t::key) {
+      names_.resize(std::max(names_.size(), depth + 1));
+      names_[depth] = parsed.get<std::string>();
+    }
+    if (event != Json::parse_event_t::object_end || depth == 0) return true;
+    if (names_[kTop] == "files" && depth == kFile) {
+      record_.files.entries().emplace(names_[kFile], EntryFromJson(parsed));
+      return false;
+    }
+    if (names_[kTop] != "stages") return true;
+    if (depth == kTask && names_[kOfGroup] == "tasks") {
+      tasks_.emplace_back(names_[kTask], TaskFromJson(parsed));
+      return false;
+    }
+    if (depth == kGroup) TakeGroup(parsed);
+    return depth != kGroup;
+  }
+
+  void TakeGroup(const Json& group) {
+    const auto version = group.at("version").get<std::string>();
+    const std::string options = OptionsFromJson(group.at("options"));
+    for (auto& [name, task] : tasks_) {
+      task.stage = names_[kStage];
+      task.version = version;
+      task.options = options;
+      record_.tasks.emplace(name, std::move(task));
+    }
+    tasks_.clear();
+  }
+
+  RunRecord& record_;
+  std::vector<std::string> names_;                         // by depth
+  std::vector<std::pair<std::string, TaskRecord>> tasks_;  // of the group at hand
+};
 
 }  // namespace
 
@@ -175,7 +219,7 @@ RunRecord ReadRunRecord(const std::filesystem::path& path, const std::filesystem
   if (!std::filesystem::exists(path)) return record;
   std::ifstream file(path);
   try {
-    FromJson(Json::parse(file), &record);
+    RecordParser(&record).Parse(file);
   } catch (const std::exception& error) {
     throw InputError(path.string(),
                      std::string("is not a run record of this program: ") + error.what(),
@@ -188,7 +232,7 @@ void WriteRunRecord(const std::filesystem::path& path, const RunRecord& record) 
   Json json = {
       {"format", kFormat}, {"program", record.program}, {"stages", StagesToJson(record.tasks)}};
   Json& files = json["files"] = Json::object();
-  for (const auto& [key, entry] : record.files.entries()) files[key] = ToJson(entry);
+  for (const auto& [key, entry] : record.files.entries()) Append(key, ToJson(entry), &files);
   if (record.publishing) json["publishing"] = ToJson(*record.publishing);
   WriteFileAtomically(path, json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
 }

@@ -24,8 +24,8 @@ struct LoopState {
 struct SharedLoop {
   int kind = 0;  // which loop of the task: helpers are told
   size_t count = 0;
-  // Items that one process takes in a row, at most. What they need in common is made once for a row;
-  // their results may have to wait for those of items before them.
+  // Items that one process takes in a row, at most. What they need in common is made once for a
+  // row; their results may have to wait for those of items before them.
   size_t longest_row = 8;
   // Makes what helpers must be sent; not called where there are none. A state that has the bytes of
   // the last one with its key is not sent again.

@@ -116,7 +116,8 @@ class Team {
       RunContext context(num_threads);
       context.cancel = cancel;
       try {
-        HelpLeader(path(), [] { return false; }, worker, context);
+        HelpLeader(
+            path(), [] { return false; }, worker, context);
       } catch (const std::exception&) {
         ++num_failed;
       }
@@ -247,13 +248,13 @@ TEST(HelperLeader, StrangersAreTurnedAway) {
   Team team;
   const LeaderAddress address = *ReadLeaderAddress(team.path());
   EXPECT_EQ(address.token.size(), 32u);
-  EXPECT_EQ(fs::status(team.path()).permissions(),
-            fs::perms::owner_read | fs::perms::owner_write);
+  EXPECT_EQ(fs::status(team.path()).permissions(), fs::perms::owner_read | fs::perms::owner_write);
   const TemporaryFolder folder;
-  WriteLeaderAddress(folder.path() / "leader",
-                     {address.hosts, address.port, std::string(32, '0')});
+  WriteLeaderAddress(folder.path() / "leader", {address.hosts, address.port, std::string(32, '0')});
   TestWorker worker;
-  EXPECT_EQ(HelpLeader(folder.path() / "leader", [] { return false; }, &worker, RunContext(1)), 0u);
+  EXPECT_EQ(HelpLeader(
+                folder.path() / "leader", [] { return false; }, &worker, RunContext(1)),
+            0u);
   EXPECT_EQ(worker.num_states, 0);
   EXPECT_EQ(RunLoop(team.leader(), "a", 1, 10, 1).results, Expected("a", 1, 10));
 }
@@ -261,11 +262,14 @@ TEST(HelperLeader, StrangersAreTurnedAway) {
 TEST(HelpLeader, EndsWhereNobodyNeedsHelp) {
   const TemporaryFolder folder;
   TestWorker worker;
-  EXPECT_EQ(HelpLeader(folder.path() / "leader", [] { return true; }, &worker, RunContext(1)), 0u);
+  EXPECT_EQ(HelpLeader(
+                folder.path() / "leader", [] { return true; }, &worker, RunContext(1)),
+            0u);
   std::atomic<bool> cancel{true};
   RunContext context(1);
   context.cancel = &cancel;
-  EXPECT_THROW(HelpLeader(folder.path() / "leader", [] { return false; }, &worker, context),
+  EXPECT_THROW(HelpLeader(
+                   folder.path() / "leader", [] { return false; }, &worker, context),
                CancelledError);
 }
 

@@ -14,8 +14,7 @@ namespace {
 // A helper in this process, that computes the items whose number `is_helped` says.
 class HelperInTheSameProcess : public LoopHelpers {
  public:
-  HelperInTheSameProcess(std::unique_ptr<LoopWorker> worker,
-                         std::function<bool(size_t)> is_helped)
+  HelperInTheSameProcess(std::unique_ptr<LoopWorker> worker, std::function<bool(size_t)> is_helped)
       : worker_(std::move(worker)), is_helped_(std::move(is_helped)) {}
 
   void Run(const SharedLoop& loop, const RunContext& context) override {

@@ -200,8 +200,8 @@ class HelperLeader::Network {
     const int number_;
     MessageHeader header_;
     std::string bytes_;
-    std::deque<Message> queue_;         // to be sent; the first is being sent
-    std::map<int, std::string> sent_;   // hashes of states, by key
+    std::deque<Message> queue_;        // to be sent; the first is being sent
+    std::map<int, std::string> sent_;  // hashes of states, by key
     size_t num_threads_ = 0, num_at_work_ = 0;
     uint64_t loop_ = 0;
   };
@@ -271,7 +271,7 @@ class HelperLeader::Network {
   tcp::acceptor acceptor_;
   std::set<std::shared_ptr<Link>> links_;
   int num_links_ = 0;
-  uint64_t num_loops_ = 0;                           // of the caller
+  uint64_t num_loops_ = 0;  // of the caller
   std::atomic<size_t> num_ready_{0}, num_by_helpers_{0};
   std::mutex mutex_;  // of what follows
   Present present_;

@@ -53,9 +53,8 @@ void WriteLeaderAddress(const fs::path& path, const LeaderAddress& address) {
   ::unlink(written.c_str());
   const int descriptor =
       ::open(written.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
-  const bool is_written =
-      descriptor >= 0 &&
-      ::write(descriptor, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  const bool is_written = descriptor >= 0 && ::write(descriptor, text.data(), text.size()) ==
+                                                 static_cast<ssize_t>(text.size());
   if (descriptor >= 0) ::close(descriptor);
   if (!is_written || ::rename(written.c_str(), path.c_str()) != 0) {
     throw FileSystemError(path.string(), "write the file", errno);

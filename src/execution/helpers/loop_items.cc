@@ -1,6 +1,7 @@
 #include "lsmvs/execution/helpers/loop_items.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace lsmvs {
 
@@ -53,7 +54,7 @@ bool LoopItems::Finish(size_t i) {
 void LoopItems::Stop(std::exception_ptr error) {
   {
     const std::lock_guard lock(mutex_);
-    if (error_ == nullptr) error_ = error;
+    if (error_ == nullptr) error_ = std::move(error);
   }
   changed_.notify_all();
 }
@@ -82,9 +83,9 @@ std::optional<size_t> LoopItems::FindItem(int owner) {
   if (own.size() == 0) own = NextRow();
   if (own.size() > 0) return own.begin++;
   // Nobody has begun the end of the longest row.
-  const auto longest = std::max_element(rows_.begin(), rows_.end(), [](const auto& a, const auto& b) {
-    return a.second.size() < b.second.size();
-  });
+  const auto longest = std::max_element(
+      rows_.begin(), rows_.end(),
+      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
   if (longest->second.size() > 0) return --longest->second.end;
   return std::nullopt;
 }

@@ -6,8 +6,9 @@
 
 namespace lsmvs {
 
-// What a process and its helpers send each other, over TCP: a header, and bytes that follow it. Both
-// are the same program on machines of the same kind, so that numbers are sent as they lie in memory.
+// What a process and its helpers send each other, over TCP: a header, and bytes that follow it.
+// Both are the same program on machines of the same kind, so that numbers are sent as they lie in
+// memory.
 enum class MessageKind : uint32_t {
   kHello = 1,  // helper: the token of the run, to show that it may help; `item`: its threads
   kState,      // `key`, the state's bytes
