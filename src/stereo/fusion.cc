@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <span>
 #include <utility>
 
 #include "lsmvs/geometry/inverse_depth_transfer.h"
@@ -13,6 +15,7 @@
 #include "lsmvs/stereo/fusion/loaded_view.h"
 #include "lsmvs/stereo/fusion/speckle_filter.h"
 #include "lsmvs/stereo/sampling/plane_map.h"
+#include "lsmvs/util/check.h"
 #include "lsmvs/util/valid_options.h"
 
 namespace lsmvs {
@@ -21,8 +24,8 @@ namespace {
 
 // For the cost estimate, measured on 1536 x 1024 photos.
 constexpr double kSecondsPerPixel = 0.45e-6;
-// Also for it: views that agree on the points of the views fused first; points a pixel of these; by
-// how much vectors that grow are larger than what they hold.
+// Also for it: views that agree on the points of a view without lower neighbours; its points per
+// pixel; by how much vectors that grow are larger than what they hold.
 constexpr double kViewsOfFirstPoints = 6, kPointsOfFirstView = 0.6, kGrowth = 1.4;
 // A view sees through a point if its map lies so many times the thresholds behind it.
 constexpr double kSeeThroughFactor = 2;
@@ -70,21 +73,18 @@ class Fuser {
   Fuser(const Scene& scene, const ImageStore& images,
         const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
         const FusionOptions& options);
-  void Run(const CloudSink& sink, const RunContext& context);
+  void Run(std::span<const int> view_idxs, const CloudSink& sink, const RunContext& context) const;
 
  private:
   LoadedView Load(int view_idx) const;
   // Whether two of the views, which GroupByPlace has put behind each other, are from one place.
   bool ShareAPlace(const std::vector<int>& view_idxs) const;
-  void FuseView(int view_idx, const CloudSink& sink, const RunContext& context);
-  void Collect(const LoadedView& reference, const PixelSet& covered, const LoadedView& neighbor,
-               size_t slot, Evidence* evidence, const RunContext& context) const;
-  Raster<uint8_t> Accept(const LoadedView& reference, const PixelSet& covered,
-                         const Evidence& evidence) const;
+  void FuseView(int view_idx, const CloudSink& sink, const RunContext& context) const;
+  void Collect(const LoadedView& reference, const LoadedView& neighbor, size_t slot,
+               Evidence* evidence, const RunContext& context) const;
+  Raster<uint8_t> Accept(const LoadedView& reference, const Evidence& evidence) const;
   VisibilityCloud FuseRow(const LoadedView& reference, int view_idx, const Raster<uint8_t>& support,
                           const Evidence& evidence, int row) const;
-  void Cover(int view_idx, const std::vector<VisibilityCloud>& rows, const RunContext& context);
-  void CoverIn(size_t view_idx, const VisibilityCloud& points);
 
   const Scene& scene_;
   const ImageStore& images_;
@@ -93,9 +93,7 @@ class Fuser {
   const Thresholds thresholds_;
   const size_t image_bytes_held_;
   const std::vector<int> places_;  // of each view, as CenterGroups
-  std::vector<std::vector<int>> neighbor_idxs_;
-  std::vector<PixelSet> covered_;
-  std::vector<PinholeCamera> map_cameras_;  // of the views whose map was seen; width 0 otherwise
+  const std::vector<std::vector<int>> neighbor_idxs_;
 };
 
 // The best of those that a view chose and those that chose it, by score. Cut to `limit`, so not
@@ -121,6 +119,15 @@ std::vector<std::vector<int>> RankedNeighbors(const std::vector<std::vector<Neig
   return out;
 }
 
+// Views that may cover pixels come first: covered pixels are skipped from then on.
+std::vector<std::vector<int>> LowerFirst(std::vector<std::vector<int>> lists) {
+  for (size_t a = 0; a < lists.size(); ++a) {
+    std::stable_partition(lists[a].begin(), lists[a].end(),
+                          [&](int b) { return b < static_cast<int>(a); });
+  }
+  return lists;
+}
+
 // Leaves out views from the place of the reference, and puts those of one place behind each other.
 std::vector<std::vector<int>> GroupByPlace(std::vector<std::vector<int>> lists,
                                            const std::vector<int>& places) {
@@ -136,6 +143,12 @@ std::vector<std::vector<int>> GroupByPlace(std::vector<std::vector<int>> lists,
   return lists;
 }
 
+// In the order in which a view is compared with them.
+std::vector<std::vector<int>> NeighborsToFuse(const std::vector<std::vector<Neighbor>>& neighbors,
+                                              int limit, const std::vector<int>& places) {
+  return GroupByPlace(LowerFirst(RankedNeighbors(neighbors, limit)), places);
+}
+
 Fuser::Fuser(const Scene& scene, const ImageStore& images,
              const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
              const FusionOptions& options)
@@ -147,9 +160,7 @@ Fuser::Fuser(const Scene& scene, const ImageStore& images,
       image_bytes_held_(kViewsHeld * LargestImagePixels(images) *
                         (sizeof(Color) + sizeof(uint8_t))),
       places_(CenterGroups(scene)),
-      neighbor_idxs_(GroupByPlace(RankedNeighbors(neighbors, options.check_num_images), places_)),
-      covered_(scene.views.size()),
-      map_cameras_(scene.views.size()) {}
+      neighbor_idxs_(NeighborsToFuse(neighbors, options.check_num_images, places_)) {}
 
 bool Fuser::ShareAPlace(const std::vector<int>& view_idxs) const {
   const auto same = [&](int a, int b) {
@@ -169,17 +180,25 @@ LoadedView Fuser::Load(int view_idx) const {
   return loaded;
 }
 
-// Fills one slot of the evidence: what `neighbor` says about every pixel of `reference` that needs
-// a point.
-void Fuser::Collect(const LoadedView& reference, const PixelSet& covered,
-                    const LoadedView& neighbor, size_t slot, Evidence* evidence,
-                    const RunContext& context) const {
+// Whether the point of the neighbour's pixel lies in a pixel of the reference.
+bool LiesInPixel(const Eigen::Vector3d& x_in_reference, const PinholeCamera& camera, int column,
+                 int row) {
+  const Eigen::Vector2d x_px = camera.Project(x_in_reference);
+  return std::floor(x_px.x()) == column && std::floor(x_px.y()) == row;
+}
+
+// Fills one slot of the evidence: what `neighbor` says about every pixel of `reference` that is not
+// covered yet. A lower neighbour that agrees covers the pixel if its own point, at the centre of
+// the pixel there, lies in the reference's pixel.
+void Fuser::Collect(const LoadedView& reference, const LoadedView& neighbor, size_t slot,
+                    Evidence* evidence, const RunContext& context) const {
   const Rigid3 neighbor_from_reference =
       neighbor.view->cam_from_world * reference.view->cam_from_world.Inverse();
   const Rigid3 reference_from_neighbor = neighbor_from_reference.Inverse();
   const Eigen::Matrix3d world_from_neighbor = neighbor.view->cam_from_world.rotation.transpose();
   const DepthMap& map = *neighbor.map;
   const int neighbor_place = places_[static_cast<size_t>(neighbor.view - scene_.views.data())];
+  const bool is_lower = neighbor.view < reference.view;
   const auto visit = [&](int column, int row, size_t pixel) {
     const double depth = reference.map->depth.pixels[pixel];
     const Eigen::Vector3d ray = reference.camera.PixelRay(column, row);
@@ -193,7 +212,8 @@ void Fuser::Collect(const LoadedView& reference, const PixelSet& covered,
     const Eigen::Vector3d normal = map.normal(to_column, to_row).cast<double>();
     // The neighbour's plane, at its pixel's centre, meets its ray through x and the reference's
     // ray.
-    const double offset = center_depth * normal.dot(neighbor.camera.PixelRay(to_column, to_row));
+    const Eigen::Vector3d center = center_depth * neighbor.camera.PixelRay(to_column, to_row);
+    const double offset = normal.dot(center);
     const double seen_depth = offset / normal.dot(neighbor.camera.Ray(x_px));
     if (!(seen_depth > 0)) return;
     const Eigen::Vector3d seen = reference_from_neighbor * (seen_depth * neighbor.camera.Ray(x_px));
@@ -211,6 +231,10 @@ void Fuser::Collect(const LoadedView& reference, const PixelSet& covered,
     const double along = normal.dot(neighbor_from_reference.rotation * ray);
     const double estimate = (offset - normal.dot(neighbor_from_reference.translation)) / along;
     if (!(std::abs(estimate - depth) <= 2 * thresholds_.depth * depth)) return;
+    if (is_lower && LiesInPixel(reference_from_neighbor * center, reference.camera, column, row)) {
+      evidence->is_covered[pixel] = 1;
+      return;
+    }
     RowEstimates& estimates = evidence->estimates[slot][static_cast<size_t>(row)];
     if (estimates.columns.empty()) {
       estimates.columns = PixelSet(static_cast<size_t>(reference.camera.width));
@@ -225,7 +249,9 @@ void Fuser::Collect(const LoadedView& reference, const PixelSet& covered,
     const int row = static_cast<int>(r);
     for (int column = 0; column < reference.camera.width; ++column) {
       const size_t pixel = reference.map->depth.Index(column, row);
-      if (reference.map->depth.pixels[pixel] > 0 && !covered.Has(pixel)) visit(column, row, pixel);
+      if (reference.map->depth.pixels[pixel] > 0 && !evidence->is_covered[pixel]) {
+        visit(column, row, pixel);
+      }
     }
   });
 }
@@ -252,8 +278,7 @@ double RobustMean(std::vector<float>* values) {
 
 // Pixels of the reference that become points: those with views enough, and those with one fewer
 // that agree closely where no other view sees through them, as far as they hang together.
-Raster<uint8_t> Fuser::Accept(const LoadedView& reference, const PixelSet& covered,
-                              const Evidence& evidence) const {
+Raster<uint8_t> Fuser::Accept(const LoadedView& reference, const Evidence& evidence) const {
   const Raster<float>& depths = reference.map->depth;
   Raster<uint8_t> support(depths.width, depths.height, kNoSupport);
   for (size_t i = 0; i < support.size(); ++i) {
@@ -261,7 +286,7 @@ Raster<uint8_t> Fuser::Accept(const LoadedView& reference, const PixelSet& cover
     const int num_close = evidence.num_close[i];
     const bool weak = num_close > 0 && num_close + 2 >= options_.min_num_pixels &&
                       evidence.num_see_through[i] == 0;
-    if (covered.Has(i)) {
+    if (evidence.is_covered[i]) {
       support.pixels[i] = kCovered;
     } else if (1 + evidence.num_agree[i] >= options_.min_num_pixels) {
       support.pixels[i] = kSupported;
@@ -314,43 +339,9 @@ VisibilityCloud Fuser::FuseRow(const LoadedView& reference, int view_idx,
   return points;
 }
 
-void Fuser::CoverIn(size_t view_idx, const VisibilityCloud& points) {
-  const View& view = scene_.views[view_idx];
-  const PinholeCamera& camera = map_cameras_[view_idx];
-  for (size_t p = 0; p < points.size(); ++p) {
-    const auto views = points.ViewsOf(p);
-    if (!std::binary_search(views.begin(), views.end(), static_cast<uint32_t>(view_idx))) continue;
-    const Eigen::Vector2d x_px =
-        camera.Project(view.cam_from_world * points.positions[p].cast<double>());
-    if (!camera.Contains(x_px)) continue;
-    covered_[view_idx].Insert(static_cast<size_t>(x_px.y()) * static_cast<size_t>(camera.width) +
-                              static_cast<size_t>(x_px.x()));
-  }
-}
-
-// Marks the pixels that points of one reference view project to in the views that see them and
-// whose turn is still to come.
-void Fuser::Cover(int view_idx, const std::vector<VisibilityCloud>& rows,
-                  const RunContext& context) {
-  covered_[static_cast<size_t>(view_idx)] = {};
-  const size_t first = static_cast<size_t>(view_idx) + 1;
-  ParallelFor(context, scene_.views.size() - first, 1, [&](size_t i) {
-    const size_t v = first + i;
-    if (map_cameras_[v].width == 0) return;
-    for (const VisibilityCloud& row : rows) CoverIn(v, row);
-  });
-}
-
-void Fuser::FuseView(int view_idx, const CloudSink& sink, const RunContext& context) {
+void Fuser::FuseView(int view_idx, const CloudSink& sink, const RunContext& context) const {
   const LoadedView reference = Load(view_idx);
   if (reference.map == nullptr) return;
-  const auto remember = [&](int v, const LoadedView& loaded) {
-    map_cameras_[static_cast<size_t>(v)] = loaded.camera;
-    PixelSet& covered = covered_[static_cast<size_t>(v)];
-    if (covered.empty() && v >= view_idx) covered = PixelSet(loaded.map->depth.size());
-  };
-  remember(view_idx, reference);
-  const PixelSet& covered = covered_[static_cast<size_t>(view_idx)];
   const std::vector<int>& neighbor_idxs = neighbor_idxs_[static_cast<size_t>(view_idx)];
   Evidence evidence(reference.map->depth.size(), neighbor_idxs.size(), reference.camera.height);
   if (ShareAPlace(neighbor_idxs)) {
@@ -360,26 +351,25 @@ void Fuser::FuseView(int view_idx, const CloudSink& sink, const RunContext& cont
   for (size_t slot = 0; slot < neighbor_idxs.size(); ++slot) {
     const LoadedView neighbor = Load(neighbor_idxs[slot]);
     if (neighbor.map == nullptr) continue;
-    remember(neighbor_idxs[slot], neighbor);
-    Collect(reference, covered, neighbor, slot, &evidence, context);
+    Collect(reference, neighbor, slot, &evidence, context);
     images_.Trim(image_bytes_held_);
   }
-  const Raster<uint8_t> support = Accept(reference, covered, evidence);
+  const Raster<uint8_t> support = Accept(reference, evidence);
   std::vector<VisibilityCloud> rows(static_cast<size_t>(reference.camera.height));
   ParallelFor(context, rows.size(), 8, [&](size_t row) {
     rows[row] = FuseRow(reference, view_idx, support, evidence, static_cast<int>(row));
     // Points take the place of what they were made from.
     for (std::vector<RowEstimates>& of_neighbor : evidence.estimates) of_neighbor[row] = {};
   });
-  Cover(view_idx, rows, context);
   for (const VisibilityCloud& row : rows) sink(row);
 }
 
-void Fuser::Run(const CloudSink& sink, const RunContext& context) {
-  for (int v = 0; v < scene_.num_views(); ++v) {
+void Fuser::Run(std::span<const int> view_idxs, const CloudSink& sink,
+                const RunContext& context) const {
+  for (size_t i = 0; i < view_idxs.size(); ++i) {
     context.ThrowIfCancelled();
-    FuseView(v, sink, context);
-    context.Report(static_cast<double>(v + 1) / scene_.num_views());
+    FuseView(view_idxs[i], sink, context);
+    context.Report(static_cast<double>(i + 1) / static_cast<double>(view_idxs.size()));
   }
 }
 
@@ -388,8 +378,24 @@ void Fuser::Run(const CloudSink& sink, const RunContext& context) {
 void FuseDepthMaps(const Scene& scene, const ImageStore& images,
                    const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
                    const FusionOptions& options, const CloudSink& sink, const RunContext& context) {
+  std::vector<int> view_idxs(scene.views.size());
+  std::iota(view_idxs.begin(), view_idxs.end(), 0);
+  FuseViews(scene, images, neighbors, maps, view_idxs, options, sink, context);
+}
+
+void FuseViews(const Scene& scene, const ImageStore& images,
+               const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
+               std::span<const int> view_idxs, const FusionOptions& options, const CloudSink& sink,
+               const RunContext& context) {
   RequireValid(options);
-  Fuser(scene, images, neighbors, maps, options).Run(sink, context);
+  LSMVS_CHECK(std::is_sorted(view_idxs.begin(), view_idxs.end()));
+  Fuser(scene, images, neighbors, maps, options).Run(view_idxs, sink, context);
+}
+
+std::vector<std::vector<int>> FusionNeighbors(const Scene& scene,
+                                              const std::vector<std::vector<Neighbor>>& neighbors,
+                                              const FusionOptions& options) {
+  return NeighborsToFuse(neighbors, options.check_num_images, CenterGroups(scene));
 }
 
 namespace {
@@ -402,15 +408,16 @@ double FusionBytesPerPixel(const Scene& scene, const FusionOptions& options) {
   const double num_agreeing = std::min(num_neighbors, kViewsOfFirstPoints - 1);
   // Held: maps and photos; the maps of the reference and one neighbour, unpacked.
   const double held = num_held * (PackedDepthMap::kBytesPerPixel + sizeof(Color)) + 2 * 16;
-  // Evidence: sums of normals and colours, three counts; for each neighbour a bit.
-  const double evidence = 12 + 12 + 3 * 2 + num_neighbors / 8;
+  // Evidence: sums of normals and colours, three counts, whether it is covered; for each neighbour
+  // a bit.
+  const double evidence = 12 + 12 + 3 * 2 + 1 + num_neighbors / 8;
   // A depth of each neighbour that agrees, in vectors that have grown. Row by row the points of the
-  // view take their place; of the first view few pixels are covered: position, normal, colour,
-  // views and where they begin.
+  // view take their place; of a view without lower neighbours none is covered: position, normal,
+  // colour, views and where they begin.
   const double estimates = kGrowth * 4 * num_agreeing;
   const double points = kPointsOfFirstView * kGrowth * (12 + 12 + 3 + 8 + 4 * (1 + num_agreeing));
-  const double support = 1, covered = num_views / 8;
-  return held + evidence + std::max(estimates, points) + support + covered;
+  const double support = 1;
+  return held + evidence + std::max(estimates, points) + support;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -46,21 +47,36 @@ struct FusionOptions {
 
 // Depth maps -> points with the views that see them.
 //
-// Views are taken in order; each pixel that no earlier point covers becomes a reference. Its point
-// is projected into the neighbouring views; a view agrees when the depth and normal of its map
-// there fit (errors above). Each agreeing map gives its own depth along the reference's ray (the
-// intersection with its plane); the point lies at the weighted median-centred mean of those depths:
-// no lateral shift. Normals and colours are averaged. The agreeing views are the point's views, and
-// their pixels are covered. Masked pixels neither start nor join a point.
+// Each pixel of each view is projected into the neighbouring views. A view agrees when the depth
+// and normal of its map there fit (errors above). A pixel with enough agreeing views gives a point,
+// unless it is covered: a view of lower index agrees, and the point of that view's pixel lies in
+// this one. So of pixels that see the same place equally finely one gives the point; where the
+// lower view is coarser, the finer pixels between its points give theirs, too. Each agreeing map
+// gives its own depth along the reference's ray (the intersection with its plane); the point lies
+// at the weighted median-centred mean of those depths: no lateral shift. Normals and colours are
+// averaged. The agreeing views are the point's views. Masked pixels neither give nor join a point.
 //   neighbors  as for the depth maps, one list per view; lists are made symmetric inside
-// The cloud goes to `sink` in parts, in a fixed order. Deterministic for any number of threads:
-// pixels of a view are independent, coverage is updated after each view. Memory: the points and
-// evidence of one reference view, the maps and colour images of it and one neighbour plus what the
-// caches hold (of colour images: a dozen), and a bit per pixel of the views that were neighbours
-// and whose turn is to come; not the cloud. O(pixels x neighbours).
+// The points of a view depend on the maps and photos of that view and its neighbours only, not on
+// other points. The cloud goes to `sink` in parts, by view and row. Deterministic for any number of
+// threads. Memory: the points and evidence of one reference view, the maps and colour images of it
+// and one neighbour plus what the caches hold (of colour images: a dozen); not the cloud.
+// O(pixels x neighbours).
 void FuseDepthMaps(const Scene& scene, const ImageStore& images,
                    const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
                    const FusionOptions& options, const CloudSink& sink, const RunContext& context);
+
+// The same for some reference views, in ascending order: the clouds of any division of the views
+// into runs of consecutive ones, one behind the other, are that of all.
+void FuseViews(const Scene& scene, const ImageStore& images,
+               const std::vector<std::vector<Neighbor>>& neighbors, const DepthMapSource& maps,
+               std::span<const int> view_idxs, const FusionOptions& options, const CloudSink& sink,
+               const RunContext& context);
+
+// For each view, the views whose maps and photos are read to fuse it, beside its own. At most
+// options.check_num_images.
+std::vector<std::vector<int>> FusionNeighbors(const Scene& scene,
+                                              const std::vector<std::vector<Neighbor>>& neighbors,
+                                              const FusionOptions& options);
 
 // Memory: of the largest view; depths of packed maps, see PackedDepthMap.
 CostEstimate EstimateFusionCost(const Scene& scene, const ImageStore& images,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "lsmvs/synthetic/surface_error.h"
@@ -39,6 +40,29 @@ struct TrueMaps {
         scene(), *images, neighbors, MemoryDepthMaps(maps), options,
         [&](const VisibilityCloud& part) { cloud.Append(part); }, RunContext(threads));
     return cloud;
+  }
+  VisibilityCloud FuseOf(const std::vector<int>& view_idxs) const {
+    VisibilityCloud cloud;
+    FuseViews(
+        scene(), *images, neighbors, MemoryDepthMaps(maps), view_idxs, {},
+        [&](const VisibilityCloud& part) { cloud.Append(part); }, RunContext(2));
+    return cloud;
+  }
+  void MakeAllNeighbors() {
+    for (size_t v = 0; v < maps.size(); ++v) {
+      neighbors[v].clear();
+      for (int other = 0; other < 6; ++other) {
+        if (other != static_cast<int>(v)) neighbors[v].push_back({other, 1.0, 10, 10});
+      }
+    }
+  }
+  // The maps of some views as of photos of half the size.
+  void Halve(const std::vector<size_t>& view_idxs) {
+    for (const size_t v : view_idxs) {
+      View view = scene().views[v];
+      view.camera = view.camera.Resized(view.camera.width / 2, view.camera.height / 2);
+      maps[v] = TrueDepthMap(*synthetic.shape, view, RunContext(1));
+    }
   }
   void AddNoise(double sigma_gsd) {
     std::mt19937 random(5);
@@ -218,15 +242,129 @@ TEST(FuseDepthMaps, RespectsBoundingBoxMasksAndMissingMaps) {
   EXPECT_EQ(std::count(fewer.view_idxs.begin(), fewer.view_idxs.end(), 0u), 0);
 }
 
+void ExpectSame(const VisibilityCloud& a, const VisibilityCloud& b) {
+  EXPECT_EQ(a.positions, b.positions);
+  EXPECT_EQ(a.normals, b.normals);
+  EXPECT_EQ(a.colors, b.colors);
+  EXPECT_EQ(a.view_begin, b.view_begin);
+  EXPECT_EQ(a.view_idxs, b.view_idxs);
+}
+
+TEST(FuseViews, GivesTheSameForAnyDivision) {
+  TrueMaps input(ShapeName::kSphereOnGround);
+  input.AddNoise(0.5);
+  const VisibilityCloud whole = input.Fuse({});
+  const std::vector<std::vector<std::vector<int>>> divisions = {
+      {{0}, {1}, {2}, {3}, {4}, {5}}, {{0, 1, 2, 3}, {4, 5}}, {{}, {0}, {1, 2, 3, 4, 5}}};
+  for (const auto& division : divisions) {
+    VisibilityCloud joined;
+    for (const std::vector<int>& group : division) joined.Append(input.FuseOf(group));
+    ExpectSame(joined, whole);
+  }
+}
+
+TEST(FuseViews, ReadsTheNeighborsOnly) {
+  TrueMaps input(ShapeName::kRelief);
+  const std::vector<int> read = FusionNeighbors(input.scene(), input.neighbors, {})[0];
+  ASSERT_LT(read.size(), 5u);
+  const VisibilityCloud before = input.FuseOf({0});
+  ASSERT_GT(before.size(), 100u);
+  for (int v = 1; v < input.scene().num_views(); ++v) {
+    if (std::find(read.begin(), read.end(), v) != read.end()) continue;
+    DepthMap& map = input.maps[static_cast<size_t>(v)];
+    map.depth.pixels.assign(map.depth.size(), 0.0f);
+  }
+  ExpectSame(input.FuseOf({0}), before);
+}
+
+TEST(FusionNeighbors, AreThoseThatAViewChoseAndThoseThatChoseIt) {
+  const TrueMaps input(ShapeName::kRelief);
+  const Neighbor to_first{0, 2.0, 10, 10}, to_second{1, 1.0, 10, 10};
+  const std::vector<std::vector<Neighbor>> neighbors = {{}, {}, {to_first, to_second}, {}, {}, {}};
+  using Lists = std::vector<std::vector<int>>;
+  FusionOptions options;
+  EXPECT_EQ(FusionNeighbors(input.scene(), neighbors, options),
+            (Lists{{2}, {2}, {0, 1}, {}, {}, {}}));
+  options.check_num_images = 1;
+  EXPECT_EQ(FusionNeighbors(input.scene(), neighbors, options), (Lists{{2}, {2}, {0}, {}, {}, {}}));
+}
+
+// Views whose map has nearly the depth of `x` where it lies.
+int CountWitnesses(const TrueMaps& input, const Eigen::Vector3d& x) {
+  int count = 0;
+  for (size_t v = 0; v < input.maps.size(); ++v) {
+    const View& view = input.scene().views[v];
+    const Raster<float>& depth = input.maps[v].depth;
+    const PinholeCamera camera = view.camera.Resized(depth.width, depth.height);
+    const Eigen::Vector3d in_cam = view.cam_from_world * x;
+    const Eigen::Vector2d x_px = camera.Project(in_cam);
+    if (!(in_cam.z() > 0) || !camera.Contains(x_px)) continue;
+    const double seen = depth(static_cast<int>(x_px.x()), static_cast<int>(x_px.y()));
+    count += std::abs(seen - in_cam.z()) < 0.005 * in_cam.z();
+  }
+  return count;
+}
+
+double DistanceTo(const VisibilityCloud& cloud, const Eigen::Vector3d& x) {
+  double squared = std::numeric_limits<double>::max();
+  for (const Eigen::Vector3f& position : cloud.positions) {
+    squared = std::min(squared, (position.cast<double>() - x).squaredNorm());
+  }
+  return std::sqrt(squared);
+}
+
+// Pixels that leave their point to another view leave no hole: what three views see has a point
+// within two pixels.
+void ExpectNoHoles(const TrueMaps& input, const VisibilityCloud& cloud) {
+  size_t num_checked = 0;
+  for (size_t v = 0; v < input.maps.size(); ++v) {
+    const View& view = input.scene().views[v];
+    const Raster<float>& depth = input.maps[v].depth;
+    const PinholeCamera camera = view.camera.Resized(depth.width, depth.height);
+    for (size_t i = 0; i < depth.size(); i += 37) {
+      if (!(depth.pixels[i] > 0)) continue;
+      const int column = static_cast<int>(i) % depth.width, row = static_cast<int>(i) / depth.width;
+      const Eigen::Vector3d x =
+          view.cam_from_world.Inverse() * (depth.pixels[i] * camera.PixelRay(column, row));
+      if (CountWitnesses(input, x) < 3) continue;
+      ++num_checked;
+      EXPECT_LT(DistanceTo(cloud, x), 2 * depth.pixels[i] / camera.MeanFocalLength()) << v;
+    }
+  }
+  EXPECT_GT(num_checked, 100u);
+}
+
+TEST(FuseDepthMaps, LeavesNoHoles) {
+  for (const ShapeName shape : {ShapeName::kRelief, ShapeName::kStep, ShapeName::kSphereOnGround}) {
+    TrueMaps input(shape);
+    input.MakeAllNeighbors();
+    ExpectNoHoles(input, input.Fuse({}));
+  }
+}
+
+TEST(FuseDepthMaps, LeavesNoHolesWhereDepthsAreNoisy) {
+  TrueMaps input(ShapeName::kSphereOnGround);
+  input.MakeAllNeighbors();
+  input.AddNoise(1.0);
+  const VisibilityCloud cloud = input.Fuse({});
+  ExpectNoHoles(TrueMaps(ShapeName::kSphereOnGround), cloud);
+}
+
+// Whichever of the views come first.
+TEST(FuseDepthMaps, KeepsThePixelsOfFinerViews) {
+  for (const std::vector<size_t>& coarse : {std::vector<size_t>{0, 1, 2}, {3, 4, 5}}) {
+    TrueMaps input(ShapeName::kRelief);
+    input.MakeAllNeighbors();
+    input.Halve(coarse);
+    ExpectNoHoles(input, input.Fuse({}));
+  }
+}
+
 TEST(FuseDepthMaps, DoesNotDependOnThreads) {
   TrueMaps input(ShapeName::kRelief);
   input.AddNoise(0.5);
   const VisibilityCloud one = input.Fuse({}, 1), two = input.Fuse({}, 2);
-  EXPECT_EQ(one.positions, two.positions);
-  EXPECT_EQ(one.normals, two.normals);
-  EXPECT_EQ(one.colors, two.colors);
-  EXPECT_EQ(one.view_begin, two.view_begin);
-  EXPECT_EQ(one.view_idxs, two.view_idxs);
+  ExpectSame(one, two);
 }
 
 TEST(FusionOptions, HaveValidDefaultsAndNameWhatIsOutOfBounds) {

@@ -15,7 +15,7 @@ namespace {
 
 // Version of the method: a new one makes maps of older runs stale.
 constexpr const char* kStereoVersion = "9";
-constexpr const char* kFusionVersion = "6";
+constexpr const char* kFusionVersion = "7";
 
 // Part of the memory budget that cached depth maps may take.
 constexpr size_t kMapBudgetDivisor = 4;

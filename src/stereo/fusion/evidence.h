@@ -36,7 +36,8 @@ struct Evidence {
         color_sums(num_pixels, Eigen::Vector3f::Zero()),
         num_agree(num_pixels, 0),
         num_close(num_pixels, 0),
-        num_see_through(num_pixels, 0) {}
+        num_see_through(num_pixels, 0),
+        is_covered(num_pixels, 0) {}
   // Counts the places of the neighbours that agree: views from one place see the same and do not
   // confirm each other. Those of one place come one after the other.
   void Count(size_t pixel, int place, bool is_close) {
@@ -49,6 +50,7 @@ struct Evidence {
   std::vector<uint16_t> num_agree;        // places of neighbours with an estimate
   std::vector<uint16_t> num_close;        // ... that lies within weak_max_reproj_error
   std::vector<uint16_t> num_see_through;  // neighbours whose map lies behind the pixel's point
+  std::vector<uint8_t> is_covered;  // a lower view has a point there; the rest is not complete
   // Places counted last; empty where all neighbours are from different ones.
   std::vector<int32_t> last_place, last_close_place;
 

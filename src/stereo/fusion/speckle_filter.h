@@ -11,7 +11,7 @@ enum PixelSupport : uint8_t {
   kNoSupport,
   kWeakSupport,  // nearly views enough, in close agreement
   kSupported,    // views enough
-  kCovered,      // a point of an earlier view is there
+  kCovered,      // a lower view that agrees has a point there
 };
 
 // Resets pixels of kWeakSupport to kNoSupport where they do not hang together: where their
