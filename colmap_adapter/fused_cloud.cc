@@ -273,6 +273,11 @@ std::string PlyHeader(uint64_t num_points, bool as_double, bool padded) {
 
 bool NeedsDoubles(const Scene& scene) { return !scene.world_offset.isZero(0.0); }
 
+// Of the file: position, normal, colour.
+uint64_t BytesPerPoint(const Scene& scene) {
+  return 3 * (NeedsDoubles(scene) ? sizeof(double) : sizeof(float)) + 3 * sizeof(float) + 3;
+}
+
 void WritePoints(const VisibilityCloud& cloud, const Scene& scene, AtomicFile* file) {
   for (size_t p = 0; p < cloud.size(); ++p) {
     if (NeedsDoubles(scene)) {
@@ -319,12 +324,27 @@ void FusedCloudWriter::Add(const VisibilityCloud& part) {
   part.CheckConsistent(scene_.views.size());
   WritePoints(part, scene_, &ply_);
   WriteViews(part.view_begin, part.view_idxs, &vis_);
-  num_points_ += part.size();
+  size_.num_points += part.size();
+  size_.num_view_entries += part.view_idxs.size();
+}
+
+void FusedCloudWriter::AddFile(const fs::path& ply_path) {
+  const FusedCloudSize size = ReadFusedCloudSize(ply_path);
+  const size_t header_bytes = PlyHeader(size.num_points, NeedsDoubles(scene_), true).size();
+  if (fs::file_size(ply_path) != header_bytes + size.num_points * BytesPerPoint(scene_)) {
+    throw InputError(ply_path.string(), "is cut off, or was not made by this program",
+                     "remove it and run again");
+  }
+  ply_.WriteContentOf(ply_path, header_bytes);
+  vis_.WriteContentOf(DenseWorkspace::VisibilityPath(ply_path), sizeof(uint64_t));
+  size_.num_points += size.num_points;
+  size_.num_view_entries += size.num_view_entries;
 }
 
 void FusedCloudWriter::Commit() {
-  ply_.Overwrite(0, PlyHeader(num_points_, NeedsDoubles(scene_), !count_is_known_));
-  vis_.Overwrite(0, {reinterpret_cast<const char*>(&num_points_), sizeof num_points_});
+  const uint64_t num_points = size_.num_points;
+  ply_.Overwrite(0, PlyHeader(num_points, NeedsDoubles(scene_), !count_is_known_));
+  vis_.Overwrite(0, {reinterpret_cast<const char*>(&num_points), sizeof num_points});
   RemoveIfThere(ply_path_);
   vis_.Commit();
   ply_.Commit();

@@ -80,14 +80,19 @@ class FusedCloudWriter {
                    std::optional<uint64_t> num_points = std::nullopt);
 
   void Add(const VisibilityCloud& part);
+  // Adds a cloud that this class wrote for the same scene, with its number of points unknown
+  // beforehand, and the bytes that it has there. Throws InputError if it is cut off.
+  void AddFile(const std::filesystem::path& ply_path);
   void Commit();
+  // So far.
+  const FusedCloudSize& size() const { return size_; }
 
  private:
   const std::filesystem::path ply_path_;
   const Scene& scene_;
   const bool count_is_known_;
   AtomicFile ply_, vis_;
-  uint64_t num_points_ = 0;
+  FusedCloudSize size_;
 };
 
 // The same for a cloud in memory.

@@ -1,5 +1,6 @@
 #include "lsmvs/colmap_adapter/workspace_files.h"
 
+#include <fmt/format.h>
 #include <glog/logging.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "lsmvs/colmap_adapter/stereo_config.h"
 #include "lsmvs/scene/cloud_overlap.h"
 #include "lsmvs/util/check.h"
+#include "lsmvs/util/hash.h"
 
 namespace lsmvs {
 
@@ -95,6 +97,24 @@ class ColmapWorkspaceFiles : public WorkspaceFiles {
     FusedCloudWriter writer(outputs.at(0), scene);
     write([&](const VisibilityCloud& part) { writer.Add(part); });
     writer.Commit();
+  }
+
+  fs::path CloudPartFile(const fs::path& cloud, int part) const override {
+    const fs::path absolute = fs::absolute(cloud).lexically_normal();
+    std::string name = cloud.stem().string();
+    // Clouds elsewhere may have the same name.
+    if (absolute != fs::absolute(workspace_.FusedPath()).lexically_normal()) {
+      name += "-" + Hasher().Update(absolute.string()).HexDigest().substr(0, 16);
+    }
+    return workspace_.RunFolder() / fmt::format("{}-part-{}.ply", name, part);
+  }
+
+  CloudCounts JoinClouds(const Scene& scene, const std::vector<fs::path>& parts,
+                         const std::vector<fs::path>& outputs) const override {
+    FusedCloudWriter writer(outputs.at(0), scene);
+    for (const fs::path& part : parts) writer.AddFile(part);
+    writer.Commit();
+    return {writer.size().num_points, writer.size().num_view_entries};
   }
 
   fs::path KeypointFile() const override { return database_; }

@@ -60,8 +60,9 @@ std::vector<Task> MakeReconstructionTasks(const ReconstructionPtr& reconstructio
   }
   if (!quasi_dense && included(ReconstructionStage::kFusion)) {
     const MapsToFuse maps = tasks.empty() ? MapsToFuse::kPresent : MapsToFuse::kAll;
-    tasks.push_back(MakeFusionTask(reconstruction, FinalDepthMaps(reconstruction->options), maps,
-                                   files.CloudFile()));
+    const std::vector<Task> fusion = MakeFusionTasks(
+        reconstruction, FinalDepthMaps(reconstruction->options), maps, files.CloudFile());
+    tasks.insert(tasks.end(), fusion.begin(), fusion.end());
   }
   if (included(ReconstructionStage::kSurface)) {
     tasks.push_back(MakeSurfaceTask(reconstruction, files.CloudFile(), files.VisibilityMeshFile()));

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -18,6 +19,12 @@ namespace lsmvs {
 // How depth maps are written: exactly, with 16 bytes per pixel, or within a 40th of a pixel's
 // size of the depth and a third of a degree of the normal, with 1.2 to 2. Either is read.
 enum class MapPrecision { kExact, kCompact };
+
+// Of a cloud.
+struct CloudCounts {
+  uint64_t num_points = 0;
+  uint64_t num_observations = 0;  // (point, view) pairs
+};
 
 // The files of one dense workspace, as the pipeline needs them. Whoever knows the formats
 // implements this (colmap_adapter does); the stages never see it.
@@ -64,6 +71,14 @@ class WorkspaceFiles {
   // `write` hands the cloud over part by part. If it throws, no file appears.
   virtual void WriteCloud(const Scene& scene, const std::vector<std::filesystem::path>& outputs,
                           const std::function<void(const CloudSink&)>& write) const = 0;
+  // Where a part of a cloud waits until all are there.
+  virtual std::filesystem::path CloudPartFile(const std::filesystem::path& cloud,
+                                              int part) const = 0;
+  // Joins clouds that WriteCloud wrote: the bytes are those of one cloud with their points in this
+  // order. Throws InputError if one is cut off.
+  virtual CloudCounts JoinClouds(const Scene& scene,
+                                 const std::vector<std::filesystem::path>& parts,
+                                 const std::vector<std::filesystem::path>& outputs) const = 0;
 
   // The file that holds features of the photos that may join the interest points; empty if none.
   virtual std::filesystem::path KeypointFile() const = 0;

@@ -65,9 +65,10 @@ void AtomicFile::WriteThrough(const char* data, size_t num_bytes) {
   }
 }
 
-void AtomicFile::WriteContentOf(const std::filesystem::path& source) {
+void AtomicFile::WriteContentOf(const std::filesystem::path& source, uint64_t offset) {
   std::ifstream file(source, std::ios::binary);
   if (!file) throw InputError(source.string(), "cannot be opened", "check that it exists");
+  file.seekg(static_cast<std::streamoff>(offset));
   std::vector<char> piece(kBufferBytes);
   while (file) {
     file.read(piece.data(), static_cast<std::streamsize>(piece.size()));

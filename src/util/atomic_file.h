@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string_view>
 #include <type_traits>
@@ -32,8 +33,9 @@ class AtomicFile {
     static_assert(std::is_trivially_copyable_v<T>);
     Write(&value, sizeof value);
   }
-  // Writes the bytes of another file, piece by piece. Throws InputError if it cannot be read.
-  void WriteContentOf(const std::filesystem::path& source);
+  // Writes the bytes of another file from `offset` on, piece by piece. Throws InputError if it
+  // cannot be read.
+  void WriteContentOf(const std::filesystem::path& source, uint64_t offset = 0);
   // Replaces bytes written before: a count that is known only at the end.
   void Overwrite(size_t offset, std::string_view bytes);
   void Commit();

@@ -74,9 +74,11 @@ void StereoFusionRun::Describe(OptionSet* options) {
 void RunStereoFusion(const StereoFusionRun& options, const CommandContext& context) {
   const DenseWorkspace workspace = options.stage.Workspace();
   const auto reconstruction = Open(options.stage, options.reconstruction, context);
-  const Task task = RefuseForeign(MakeFusionTask(reconstruction, options.input_type,
-                                                 MapsToFuse::kPresent, options.output_path));
-  RunPlannedTask(workspace, *reconstruction, task, workspace.FusedPath(), options.stage, context);
+  std::vector<Task> tasks = MakeFusionTasks(reconstruction, options.input_type,
+                                            MapsToFuse::kPresent, options.output_path);
+  tasks.back() = RefuseForeign(std::move(tasks.back()));
+  RunPlannedTasks(workspace, *reconstruction, std::move(tasks), workspace.FusedPath(),
+                  options.stage, context);
 }
 
 void QuasiDenseRun::Describe(OptionSet* options) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 
 #include "lsmvs/adapter_test/analytic_workspace.h"
 #include "lsmvs/adapter_test/corruption.h"
@@ -14,6 +15,7 @@
 #include "lsmvs/colmap_adapter/sparse_model_io.h"
 #include "lsmvs/test_support/temporary_folder.h"
 #include "lsmvs/test_support/test_data.h"
+#include "lsmvs/util/error.h"
 
 namespace lsmvs {
 namespace {
@@ -312,6 +314,62 @@ TEST(FusedCloudRealTest, ColmapsOwnFilesKeepTheirBytes) {
   EXPECT_TRUE(ReadWholeFile(workspace.FusedPath()) == ReadWholeFile(folder.path() / "fused.ply"));
   EXPECT_TRUE(ReadWholeFile(workspace.folder / "fused.ply.vis") ==
               ReadWholeFile(folder.path() / "fused.ply.vis"));
+}
+
+VisibilityCloud SomePoints(const VisibilityCloud& cloud, size_t begin, size_t end) {
+  VisibilityCloud part;
+  for (size_t p = begin; p < end; ++p) {
+    part.Add(cloud.positions[p], cloud.normals[p], cloud.colors[p], cloud.ViewsOf(p));
+  }
+  return part;
+}
+
+std::string ReadBytes(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Writes the cloud in parts (one of them empty), and what AddFile() makes of these.
+class JoinedFiles : public FusedCloudTest {
+ protected:
+  std::vector<std::filesystem::path> WriteParts() const {
+    const size_t num_points = cloud_.size();
+    const std::vector<size_t> begins = {0, num_points / 3, num_points / 3, num_points};
+    std::vector<std::filesystem::path> paths;
+    for (size_t i = 0; i + 1 < begins.size(); ++i) {
+      paths.push_back(folder_.path() / fmt::format("part{}.ply", i));
+      FusedCloudWriter writer(paths.back(), data_.scene);
+      writer.Add(SomePoints(cloud_, begins[i], begins[i + 1]));
+      writer.Commit();
+    }
+    return paths;
+  }
+  void WriteJoined(const std::vector<std::filesystem::path>& parts) const {
+    FusedCloudWriter writer(path_, data_.scene);
+    for (const std::filesystem::path& part : parts) writer.AddFile(part);
+    writer.Commit();
+    EXPECT_EQ(writer.size().num_points, cloud_.size());
+    EXPECT_EQ(writer.size().num_view_entries, cloud_.view_idxs.size());
+  }
+};
+
+TEST_F(JoinedFiles, HaveTheBytesOfOneCloud) {
+  for (const Eigen::Vector3d& offset : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(5e5, 4e6, 10)}) {
+    data_.scene.world_offset = offset;
+    const auto whole = folder_.path() / "whole.ply";
+    FusedCloudWriter writer(whole, data_.scene);
+    writer.Add(cloud_);
+    writer.Commit();
+    WriteJoined(WriteParts());
+    EXPECT_EQ(ReadBytes(path_), ReadBytes(whole));
+    EXPECT_EQ(ReadBytes(vis_path_), ReadBytes(DenseWorkspace::VisibilityPath(whole)));
+  }
+}
+
+TEST_F(JoinedFiles, ThatAreCutOffAreRefused) {
+  const auto parts = WriteParts();
+  std::filesystem::resize_file(parts.back(), std::filesystem::file_size(parts.back()) - 1);
+  EXPECT_THROW(WriteJoined(parts), InputError);
 }
 
 }  // namespace

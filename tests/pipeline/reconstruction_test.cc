@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <algorithm>
 
 #include <fstream>
 #include <set>
@@ -43,6 +44,13 @@ class NamedFiles : public WorkspaceFiles {
   void WriteCloud(const Scene&, const std::vector<fs::path>&,
                   const std::function<void(const CloudSink&)>& write) const override {
     write([](const VisibilityCloud&) {});
+  }
+  fs::path CloudPartFile(const fs::path& cloud, int part) const override {
+    return cloud.string() + ".part" + std::to_string(part);
+  }
+  CloudCounts JoinClouds(const Scene&, const std::vector<fs::path>&,
+                         const std::vector<fs::path>&) const override {
+    return {};
   }
   fs::path KeypointFile() const override { return "/w/database"; }
   std::vector<std::vector<Eigen::Vector2f>> ReadKeypoints(const Scene&) const override {
@@ -120,6 +128,54 @@ TEST(ReconstructionTasks, WithoutTheGeometricPassFusionTakesPhotometricMaps) {
   ASSERT_EQ(tasks.size(), kNumViews + 4u);
   const auto& inputs = tasks[kNumViews].inputs;
   EXPECT_THAT(inputs.back().string(), HasSubstr(".photometric"));
+}
+
+std::vector<Task> FusionTasks(int num_views) {
+  ReconstructionOptions options;
+  options.view_selection.max_num_neighbors = 2;
+  const ReconstructionPtr reconstruction =
+      MakeReconstruction(MakeScene(ShapeName::kSphere, num_views, 64, 48).scene,
+                         std::make_shared<NamedFiles>(), options, RunContext(1));
+  return MakeFusionTasks(reconstruction, DepthMapKind::kGeometric, MapsToFuse::kAll,
+                         "/w/fused.ply");
+}
+
+TEST(FusionTasks, OfFewViewsAreOne) {
+  const std::vector<Task> tasks = FusionTasks(16);
+  ASSERT_EQ(tasks.size(), 1u);
+  EXPECT_EQ(tasks[0].name, kFusionStage);
+  EXPECT_TRUE(tasks[0].wanted);
+}
+
+TEST(FusionTasks, OfManyViewsArePartsAndWhatJoinsThem) {
+  const int num_views = 40;
+  const std::vector<Task> tasks = FusionTasks(num_views);
+  ASSERT_EQ(tasks.size(), 4u);
+  const Task& join = tasks.back();
+  EXPECT_EQ(join.name, kFusionStage);
+  EXPECT_TRUE(join.wanted);
+  EXPECT_EQ(join.foreign_outputs, ForeignOutputs::kUse);
+  std::set<std::string> names;
+  double bytes = 0;
+  for (size_t i = 0; i + 1 < tasks.size(); ++i) {
+    const Task& part = tasks[i];
+    EXPECT_TRUE(names.insert(part.name).second);
+    EXPECT_EQ(part.stage, kFusionStage);
+    EXPECT_TRUE(part.temporary);
+    EXPECT_FALSE(part.wanted);
+    for (const fs::path& output : part.outputs) {
+      EXPECT_THAT(join.inputs, testing::Contains(output));
+    }
+    // Not those of all views.
+    const auto num_maps = std::count_if(
+        part.inputs.begin(), part.inputs.end(),
+        [](const fs::path& input) { return input.string().starts_with("/w/depth/"); });
+    EXPECT_GE(num_maps, 13);
+    EXPECT_LT(num_maps, num_views);
+    bytes += static_cast<double>(part.output_bytes);
+  }
+  EXPECT_NEAR(bytes, static_cast<double>(join.output_bytes), 10);
+  EXPECT_FALSE(join.temporary);
 }
 
 TEST(ReconstructionTasks, QuasiDenseMatchingTakesThePlaceOfDepthMapsAndFusion) {

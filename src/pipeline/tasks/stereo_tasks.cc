@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "lsmvs/image/largest_image.h"
 #include "lsmvs/pipeline/reconstruction.h"
@@ -13,9 +14,15 @@ namespace lsmvs {
 
 namespace {
 
+namespace fs = std::filesystem;
+
 // Version of the method: a new one makes maps of older runs stale.
 constexpr const char* kStereoVersion = "9";
 constexpr const char* kFusionVersion = "7";
+
+// Views of one task of fusion, at most. The maps and photos of their neighbours are read, too:
+// fewer would read more in all. Fixed, so that the tasks are the same on every machine.
+constexpr int kViewsOfFusionTask = 16;
 
 // Part of the memory budget that cached depth maps may take.
 constexpr size_t kMapBudgetDivisor = 4;
@@ -150,18 +157,15 @@ void SetCosts(const Reconstruction& reconstruction, std::vector<Task>* tasks) {
   }
 }
 
-// Views whose maps are to be fused. Throws InputError if there is none.
-std::vector<int> ViewsToFuse(const Reconstruction& reconstruction, DepthMapKind kind,
-                             MapsToFuse maps) {
-  std::vector<int> views;
-  for (int i = 0; i < reconstruction.scene.num_views(); ++i) {
-    const View& view = reconstruction.scene.views[static_cast<size_t>(i)];
-    const auto depth_map = reconstruction.files->DepthMapFiles(view, kind)[0];
-    if (maps == MapsToFuse::kAll || std::filesystem::exists(depth_map)) views.push_back(i);
-  }
-  if (!views.empty()) return views;
-  const auto wanted = reconstruction.files->DepthMapFiles(reconstruction.scene.views.at(0), kind);
-  throw InputError(wanted[0].string(), "is missing, and so are the maps of all other images",
+// Throws InputError if no view has a map to be fused.
+void CheckAnyMaps(const Reconstruction& reconstruction, DepthMapKind kind, MapsToFuse maps) {
+  const auto& views = reconstruction.scene.views;
+  const auto has_map = [&](const View& view) {
+    return fs::exists(reconstruction.files->DepthMapFiles(view, kind)[0]);
+  };
+  if (maps == MapsToFuse::kAll || std::any_of(views.begin(), views.end(), has_map)) return;
+  throw InputError(reconstruction.files->DepthMapFiles(views.at(0), kind)[0].string(),
+                   "is missing, and so are the maps of all other images",
                    "run patch_match_stereo first");
 }
 
@@ -169,36 +173,168 @@ std::vector<int> ViewsToFuse(const Reconstruction& reconstruction, DepthMapKind 
 void AddMapsToFuse(const Reconstruction& reconstruction, int view_idx, DepthMapKind kind,
                    MapsToFuse maps, Task* task) {
   const View& view = reconstruction.scene.views[static_cast<size_t>(view_idx)];
-  for (const auto& path : reconstruction.files->DepthMapFiles(view, kind)) {
-    if (maps == MapsToFuse::kAll || std::filesystem::exists(path)) task->inputs.push_back(path);
+  const auto files = reconstruction.files->DepthMapFiles(view, kind);
+  if (maps == MapsToFuse::kPresent && !fs::exists(files[0])) return;
+  for (const fs::path& path : files) {
+    if (maps == MapsToFuse::kAll || fs::exists(path)) task->inputs.push_back(path);
   }
 }
 
-TaskCounts RunFusion(const Reconstruction& reconstruction, DepthMapKind kind, const TaskRun& run) {
+// What a task of fusion works on.
+struct FusionGroup {
+  std::vector<int> view_idxs;       // whose pixels give points, ascending
+  std::vector<int> view_idxs_read;  // whose maps and photos are read, ascending
+};
+
+// All views in their order, as evenly as can be.
+std::vector<FusionGroup> FusionGroups(const Reconstruction& reconstruction) {
+  const int num_views = reconstruction.scene.num_views();
+  const int num_groups = (num_views + kViewsOfFusionTask - 1) / kViewsOfFusionTask;
+  const auto neighbors = FusionNeighbors(reconstruction.scene, reconstruction.neighbors,
+                                         reconstruction.options.fusion);
+  std::vector<FusionGroup> groups;
+  for (int g = 0; g < num_groups; ++g) {
+    FusionGroup& group = groups.emplace_back();
+    std::set<int> read;
+    for (int v = g * num_views / num_groups; v < (g + 1) * num_views / num_groups; ++v) {
+      group.view_idxs.push_back(v);
+      read.insert(v);
+      const std::vector<int>& of_view = neighbors[static_cast<size_t>(v)];
+      read.insert(of_view.begin(), of_view.end());
+    }
+    group.view_idxs_read.assign(read.begin(), read.end());
+  }
+  return groups;
+}
+
+// Throws InputError if there is none.
+void CheckAnyPoints(const Reconstruction& reconstruction, uint64_t num_points) {
+  if (num_points > 0) return;
+  throw InputError(reconstruction.files->CloudFile().string(),
+                   "would be empty: no depth is confirmed by other views",
+                   EmptyCloudRemedy(reconstruction) + ", or lower --StereoFusion.min_num_pixels");
+}
+
+TaskCounts CloudTaskCounts(const CloudCounts& counts) {
+  return {{"points", static_cast<double>(counts.num_points)},
+          {"observations", static_cast<double>(counts.num_observations)}};
+}
+
+// Writes the points of a group. `is_all`: there is no other group.
+CloudCounts FuseGroup(const Reconstruction& reconstruction, DepthMapKind kind,
+                      const FusionGroup& group, bool is_all, const TaskRun& run) {
   PrepareStage(reconstruction, run.context);
-  for (const View& view : reconstruction.scene.views) {
-    reconstruction.files->CheckDepthMap(view, kind);
+  for (const int view_idx : group.view_idxs_read) {
+    reconstruction.files->CheckDepthMap(reconstruction.scene.views[static_cast<size_t>(view_idx)],
+                                        kind);
   }
   const std::unique_ptr<DepthMapSource> maps = reconstruction.files->OpenDepthMaps(
       reconstruction.scene, kind, MapBudget(reconstruction, kind));
   FusionOptions options = reconstruction.options.fusion;
   options.bounding_box = reconstruction.options.bounding_box;
-  size_t num_points = 0, num_observations = 0;
+  CloudCounts counts;
   reconstruction.files->WriteCloud(reconstruction.scene, run.outputs, [&](const CloudSink& write) {
     const auto count_and_write = [&](const VisibilityCloud& part) {
-      num_points += part.size();
-      num_observations += part.view_idxs.size();
+      counts.num_points += part.size();
+      counts.num_observations += part.view_idxs.size();
       write(part);
     };
-    FuseDepthMaps(reconstruction.scene, *reconstruction.images, reconstruction.neighbors, *maps,
-                  options, count_and_write, run.context);
-    if (num_points > 0) return;
-    throw InputError(reconstruction.files->CloudFile().string(),
-                     "would be empty: no depth is confirmed by other views",
-                     EmptyCloudRemedy(reconstruction) + ", or lower --StereoFusion.min_num_pixels");
+    FuseViews(reconstruction.scene, *reconstruction.images, reconstruction.neighbors, *maps,
+              group.view_idxs, options, count_and_write, run.context);
+    if (is_all) CheckAnyPoints(reconstruction, counts.num_points);
   });
-  return {{"points", static_cast<double>(num_points)},
-          {"observations", static_cast<double>(num_observations)}};
+  return counts;
+}
+
+TaskCounts RunJoin(const Reconstruction& reconstruction, const std::vector<fs::path>& parts,
+                   const TaskRun& run) {
+  const CloudCounts counts =
+      reconstruction.files->JoinClouds(reconstruction.scene, parts, run.outputs);
+  CheckAnyPoints(reconstruction, counts.num_points);
+  return CloudTaskCounts(counts);
+}
+
+// With what its result depends on beside the maps and photos of its views.
+Task FusionTask(const Reconstruction& reconstruction, DepthMapKind kind, const std::string& name,
+                const fs::path& cloud) {
+  const ReconstructionOptions& options = reconstruction.options;
+  Task task;
+  task.stage = kFusionStage;
+  task.name = name;
+  task.version = kFusionVersion;
+  task.options = TaskOptionsText(reconstruction, options.view_selection, options.fusion) +
+                 fmt::format("input_type={}\nbounding_box={}\n", KindName(kind),
+                             BoxText(options.bounding_box));
+  AddModelInputs(reconstruction, &task);
+  task.outputs = reconstruction.files->CloudFiles(cloud);
+  return task;
+}
+
+// Fuses one of several groups.
+Task MakeFusionPart(const ReconstructionPtr& reconstruction, DepthMapKind kind, MapsToFuse maps,
+                    const FusionGroup& group, int number, const fs::path& cloud) {
+  Task task = FusionTask(*reconstruction, kind, fmt::format("{}/part {}", kFusionStage, number),
+                         reconstruction->files->CloudPartFile(cloud, number));
+  const auto& views = reconstruction->scene.views;
+  task.options += fmt::format("first_view={}\nlast_view={}\n",
+                              views[static_cast<size_t>(group.view_idxs.front())].name,
+                              views[static_cast<size_t>(group.view_idxs.back())].name);
+  for (const int view_idx : group.view_idxs_read) {
+    AddPhotoInputs(*reconstruction, view_idx, &task);
+    AddMapsToFuse(*reconstruction, view_idx, kind, maps, &task);
+  }
+  task.wanted = false;
+  task.temporary = true;
+  task.run = [=](const TaskRun& run) {
+    FuseGroup(*reconstruction, kind, group, false, run);
+    return TaskCounts();
+  };
+  return task;
+}
+
+// Fuses the only group.
+Task MakeWholeFusion(const ReconstructionPtr& reconstruction, DepthMapKind kind, MapsToFuse maps,
+                     const FusionGroup& group, const fs::path& cloud) {
+  Task task = FusionTask(*reconstruction, kind, kFusionStage, cloud);
+  AddAllPhotoInputs(*reconstruction, &task);
+  for (const int view_idx : group.view_idxs) {
+    AddMapsToFuse(*reconstruction, view_idx, kind, maps, &task);
+  }
+  task.run = [=](const TaskRun& run) {
+    return CloudTaskCounts(FuseGroup(*reconstruction, kind, group, true, run));
+  };
+  return task;
+}
+
+// Puts the parts one behind the other.
+Task MakeJoinTask(const ReconstructionPtr& reconstruction, DepthMapKind kind,
+                  const std::vector<Task>& parts, const fs::path& cloud) {
+  Task task = FusionTask(*reconstruction, kind, kFusionStage, cloud);
+  std::vector<fs::path> clouds;
+  for (const Task& part : parts) {
+    clouds.push_back(part.outputs.front());
+    task.inputs.insert(task.inputs.end(), part.outputs.begin(), part.outputs.end());
+  }
+  task.run = [=](const TaskRun& run) { return RunJoin(*reconstruction, clouds, run); };
+  return task;
+}
+
+// Of the groups' tasks: the cost of all by the pixels of each.
+void SetFusionCosts(const Reconstruction& reconstruction, const std::vector<FusionGroup>& groups,
+                    uint64_t cloud_bytes, std::vector<Task>* tasks) {
+  const CostEstimate cost = EstimateFusionCost(reconstruction.scene, *reconstruction.images,
+                                               reconstruction.options.fusion);
+  const double all_pixels = NumPixels(reconstruction);
+  for (size_t g = 0; g < groups.size(); ++g) {
+    double pixels = 0;
+    for (const int view_idx : groups[g].view_idxs) {
+      const PinholeCamera camera = reconstruction.images->Camera(view_idx, 0);
+      pixels += static_cast<double>(camera.width) * camera.height;
+    }
+    const double share = pixels / all_pixels;
+    (*tasks)[g].cost = {cost.cpu_seconds * share, cost.peak_bytes};
+    (*tasks)[g].output_bytes = static_cast<uint64_t>(static_cast<double>(cloud_bytes) * share);
+  }
 }
 
 }  // namespace
@@ -219,27 +355,30 @@ std::vector<Task> MakeStereoTasks(const ReconstructionPtr& reconstruction) {
   return tasks;
 }
 
-Task MakeFusionTask(const ReconstructionPtr& reconstruction, DepthMapKind kind, MapsToFuse maps,
-                    const std::filesystem::path& cloud) {
-  const ReconstructionOptions& options = reconstruction->options;
-  Task task;
-  task.stage = task.name = kFusionStage;
-  task.version = kFusionVersion;
-  task.options = TaskOptionsText(*reconstruction, options.view_selection, options.fusion) +
-                 fmt::format("input_type={}\nbounding_box={}\n", KindName(kind),
-                             BoxText(options.bounding_box));
-  AddModelInputs(*reconstruction, &task);
-  AddAllPhotoInputs(*reconstruction, &task);
-  for (const int view_idx : ViewsToFuse(*reconstruction, kind, maps)) {
-    AddMapsToFuse(*reconstruction, view_idx, kind, maps, &task);
-  }
-  task.outputs = reconstruction->files->CloudFiles(cloud);
-  task.foreign_outputs = ForeignOutputs::kUse;
-  task.cost = EstimateFusionCost(reconstruction->scene, *reconstruction->images, options.fusion);
-  task.output_bytes =
+std::vector<Task> MakeFusionTasks(const ReconstructionPtr& reconstruction, DepthMapKind kind,
+                                  MapsToFuse maps, const std::filesystem::path& cloud) {
+  // Of the join, which copies files.
+  constexpr double kSecondsPerByte = 2e-9;
+  constexpr size_t kJoinBytes = 8 << 20;
+  CheckAnyMaps(*reconstruction, kind, maps);
+  const std::vector<FusionGroup> groups = FusionGroups(*reconstruction);
+  const uint64_t cloud_bytes =
       ExpectedCloudBytes(*reconstruction, ExpectedPoints(*reconstruction, std::filesystem::path()));
-  task.run = [=](const TaskRun& run) { return RunFusion(*reconstruction, kind, run); };
-  return task;
+  std::vector<Task> tasks;
+  if (groups.size() == 1) {
+    tasks.push_back(MakeWholeFusion(reconstruction, kind, maps, groups.front(), cloud));
+  } else {
+    int number = 0;
+    for (const FusionGroup& group : groups) {
+      tasks.push_back(MakeFusionPart(reconstruction, kind, maps, group, ++number, cloud));
+    }
+    tasks.push_back(MakeJoinTask(reconstruction, kind, tasks, cloud));
+    tasks.back().cost = {kSecondsPerByte * static_cast<double>(cloud_bytes), kJoinBytes};
+    tasks.back().output_bytes = cloud_bytes;
+  }
+  SetFusionCosts(*reconstruction, groups, cloud_bytes, &tasks);
+  tasks.back().foreign_outputs = ForeignOutputs::kUse;
+  return tasks;
 }
 
 }  // namespace lsmvs

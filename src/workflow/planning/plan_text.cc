@@ -48,7 +48,7 @@ std::string ScratchLine(const PlannedStage& stage) {
 
 // Why a stage is not divided.
 std::string WhyAlone(const std::string& stage) {
-  if (stage == kFusionStage) return "each photo's points depend on those of the photos before";
+  if (stage == kFusionStage) return "its photos are few";
   if (stage == kSurfaceStage) return "tetrahedra and the cut need all points";
   if (stage == kRefinementStage) return "each step needs the one before";
   if (stage == kTexturingStage) return "the choice of photos needs all faces";

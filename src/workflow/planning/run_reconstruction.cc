@@ -239,14 +239,22 @@ void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstru
   context.console->Print("results\n" + ResultText(tasks, plan));
 }
 
+void RunPlannedTasks(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
+                     std::vector<Task> tasks, const std::filesystem::path& usual_output,
+                     const StageOptions& stage, const CommandContext& context) {
+  namespace fs = std::filesystem;
+  const auto normal = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
+  const fs::path output = normal(tasks.back().outputs.front());
+  if (output != normal(usual_output)) {
+    for (Task& task : tasks) task.name += " -> " + output.string();
+  }
+  RunPlanned(workspace, reconstruction, std::move(tasks), stage, context);
+}
+
 void RunPlannedTask(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
                     Task task, const std::filesystem::path& usual_output, const StageOptions& stage,
                     const CommandContext& context) {
-  namespace fs = std::filesystem;
-  const auto normal = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
-  const fs::path output = normal(task.outputs.front());
-  if (output != normal(usual_output)) task.name += " -> " + output.string();
-  RunPlanned(workspace, reconstruction, {std::move(task)}, stage, context);
+  RunPlannedTasks(workspace, reconstruction, {std::move(task)}, usual_output, stage, context);
 }
 
 }  // namespace lsmvs

@@ -41,8 +41,11 @@ bool IsWanted(const DenseWorkspace& workspace, const CommandContext& context);
 void RunPlanned(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
                 std::vector<Task> tasks, const StageOptions& stage, const CommandContext& context);
 
-// The same for a single task. `usual_output`: where the pipeline writes it; a task that writes
-// elsewhere is another one on record.
+// The same for the tasks of one stage, the last of which writes its result, or for a single task.
+// `usual_output`: where the pipeline writes it; tasks for a result elsewhere are others on record.
+void RunPlannedTasks(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
+                     std::vector<Task> tasks, const std::filesystem::path& usual_output,
+                     const StageOptions& stage, const CommandContext& context);
 void RunPlannedTask(const DenseWorkspace& workspace, const Reconstruction& reconstruction,
                     Task task, const std::filesystem::path& usual_output, const StageOptions& stage,
                     const CommandContext& context);
