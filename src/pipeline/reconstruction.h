@@ -52,7 +52,7 @@ enum class MapsToFuse {
   kPresent,  // those that are there now
 };
 
-// Depth maps of the kind -> cloud with views: a task per group of up to 16 consecutive views, and
+// Depth maps of the kind -> cloud with views: a task per group of up to 10 consecutive views, and
 // one that joins their parts of the cloud; a single task where there is one group. The last task
 // writes the cloud. Throws InputError if no map is there that should be.
 std::vector<Task> MakeFusionTasks(const ReconstructionPtr& reconstruction, DepthMapKind kind,

@@ -22,7 +22,7 @@ constexpr const char* kFusionVersion = "7";
 
 // Views of one task of fusion, at most. The maps and photos of their neighbours are read, too:
 // fewer would read more in all. Fixed, so that the tasks are the same on every machine.
-constexpr int kViewsOfFusionTask = 16;
+constexpr int kViewsOfFusionTask = 10;
 
 // Part of the memory budget that cached depth maps may take.
 constexpr size_t kMapBudgetDivisor = 4;
