@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <fstream>
 #include <limits>
 
 #include <algorithm>
@@ -331,12 +332,17 @@ void FusedCloudWriter::Add(const VisibilityCloud& part) {
 void FusedCloudWriter::AddFile(const fs::path& ply_path) {
   const FusedCloudSize size = ReadFusedCloudSize(ply_path);
   const size_t header_bytes = PlyHeader(size.num_points, NeedsDoubles(scene_), true).size();
-  if (fs::file_size(ply_path) != header_bytes + size.num_points * BytesPerPoint(scene_)) {
+  const fs::path vis_path = DenseWorkspace::VisibilityPath(ply_path);
+  uint64_t num_points_of_vis = 0;
+  std::ifstream(vis_path, std::ios::binary)
+      .read(reinterpret_cast<char*>(&num_points_of_vis), sizeof num_points_of_vis);
+  if (fs::file_size(ply_path) != header_bytes + size.num_points * BytesPerPoint(scene_) ||
+      num_points_of_vis != size.num_points) {
     throw InputError(ply_path.string(), "is cut off, or was not made by this program",
                      "remove it and run again");
   }
   ply_.WriteContentOf(ply_path, header_bytes);
-  vis_.WriteContentOf(DenseWorkspace::VisibilityPath(ply_path), sizeof(uint64_t));
+  vis_.WriteContentOf(vis_path, sizeof(uint64_t));
   size_.num_points += size.num_points;
   size_.num_view_entries += size.num_view_entries;
 }

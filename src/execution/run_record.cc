@@ -1,6 +1,7 @@
 #include "lsmvs/execution/run_record.h"
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -169,9 +170,9 @@ class RecordParser {
 
   // Whether the parser is to keep what it has read.
   bool Take(size_t depth, Json::parse_event_t event, const Json& parsed) {
-    if (event == Json::parse_event_t::key) {
-      names_.resize(std::max(names_.size(), depth + 1));
+    if (event == Json::parse_event_t::key && depth < names_.size()) {
       names_[depth] = parsed.get<std::string>();
+      for (size_t deeper = depth + 1; deeper < names_.size(); ++deeper) names_[deeper].clear();
     }
     if (event != Json::parse_event_t::object_end || depth == 0) return true;
     if (names_[kTop] == "files" && depth == kFile) {
@@ -190,6 +191,7 @@ class RecordParser {
   void TakeGroup(const Json& group) {
     const auto version = group.at("version").get<std::string>();
     const std::string options = OptionsFromJson(group.at("options"));
+    if (!group.at("tasks").empty()) throw std::invalid_argument("a task is no object");
     for (auto& [name, task] : tasks_) {
       task.stage = names_[kStage];
       task.version = version;
@@ -200,7 +202,7 @@ class RecordParser {
   }
 
   RunRecord& record_;
-  std::vector<std::string> names_;                         // by depth
+  std::array<std::string, kTask + 1> names_;               // by depth
   std::vector<std::pair<std::string, TaskRecord>> tasks_;  // of the group at hand
 };
 

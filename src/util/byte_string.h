@@ -23,6 +23,7 @@ class ByteWriter {
   // `T`: of a fixed size, without pointers.
   template <class T>
   ByteWriter& PutAll(const std::vector<T>& values) {
+    bytes_.reserve(bytes_.size() + sizeof(uint64_t) + values.size() * sizeof(T));
     Put(uint64_t{values.size()});
     if (!values.empty()) {
       bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));

@@ -31,7 +31,8 @@ struct SharedLoop {
   // the last one with its key is not sent again.
   std::function<std::vector<LoopState>()> states;
   // Computes an item here. It must then call `is_first`, and keep the result only if that is true:
-  // else somebody else has computed the item meanwhile. Called by several threads at once.
+  // else somebody else has computed the item meanwhile. Called by several threads at once;
+  // must not run a parallel loop itself, in which it might wait for another item of this one.
   std::function<void(size_t item, const std::function<bool()>& is_first)> compute;
   // Keeps what a helper has computed. Called by another thread than those of `compute`.
   std::function<void(size_t item, std::string_view result)> keep;

@@ -280,8 +280,8 @@ TEST(LoopItems, EachIsHandedOutOnce) {
     for (const auto item : {items.TakeForHelper(1), items.TakeHere([] {})}) {
       ASSERT_TRUE(item);
       EXPECT_TRUE(seen.insert(*item).second);
-      EXPECT_TRUE(items.Finish(*item));
-      EXPECT_FALSE(items.Finish(*item));
+      EXPECT_TRUE(items.Finish(*item, *item % 2 == 0));
+      EXPECT_FALSE(items.Finish(*item, true));
     }
   }
   EXPECT_FALSE(items.TakeForHelper(1));
@@ -310,7 +310,7 @@ TEST(LoopItems, WhatALostHelperHadIsHandedOutAgain) {
   std::set<size_t> seen;
   while (const auto item = items.TakeHere([] {})) {
     seen.insert(*item);
-    items.Finish(*item);
+    items.Finish(*item, false);
   }
   EXPECT_EQ(seen.size(), 10u);
   EXPECT_TRUE(seen.contains(lost));
@@ -319,12 +319,12 @@ TEST(LoopItems, WhatALostHelperHadIsHandedOutAgain) {
 TEST(LoopItems, AHelpersLateItemIsHandedOutAgain) {
   LoopItems items(2, 1, 8);
   const size_t late = *items.TakeForHelper(1);
-  items.Finish(*items.TakeHere([] {}));
+  items.Finish(*items.TakeHere([] {}), false);
   const auto again = items.TakeHere([] {});
   ASSERT_TRUE(again);
   EXPECT_EQ(*again, late);
-  EXPECT_TRUE(items.Finish(late));
-  EXPECT_FALSE(items.Finish(late));
+  EXPECT_TRUE(items.Finish(late, true));
+  EXPECT_FALSE(items.Finish(late, true));
 }
 
 }  // namespace

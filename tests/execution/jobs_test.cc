@@ -80,19 +80,23 @@ TEST(Jobs, AHelperThatCrashesChangesNothing) {
 // What is short, and what must not be, has none.
 TEST(Jobs, HelpersAreAsManyAsAreOfUse) {
   Task task;
+  PlannedTask planned;
   task.max_helpers = 5;
   task.cost.cpu_seconds = 1000;
   EngineOptions options;
-  EXPECT_EQ(NumHelpers(task, 1, 100, options), 5u);
-  EXPECT_EQ(NumHelpers(task, 1, 3, options), 2u);
-  EXPECT_EQ(NumHelpers(task, 1, 1, options), 0u);
+  EXPECT_EQ(NumHelpers(task, planned, 1, 100, options), 5u);
+  EXPECT_EQ(NumHelpers(task, planned, 1, 3, options), 2u);
+  EXPECT_EQ(NumHelpers(task, planned, 1, 1, options), 0u);
   task.cost.cpu_seconds = 17;
-  EXPECT_EQ(NumHelpers(task, 1, 100, options), 2u);
-  EXPECT_EQ(NumHelpers(task, 4, 100, options), 0u);
+  EXPECT_EQ(NumHelpers(task, planned, 1, 100, options), 2u);
+  EXPECT_EQ(NumHelpers(task, planned, 4, 100, options), 0u);
   options.job_minutes = 0;
-  EXPECT_EQ(NumHelpers(task, 4, 100, options), 5u);
+  EXPECT_EQ(NumHelpers(task, planned, 4, 100, options), 5u);
+  planned.resident_bytes = 1000;  // works with a scratch file
+  EXPECT_EQ(NumHelpers(task, planned, 4, 100, options), 0u);
+  planned.resident_bytes = 0;
   task.max_helpers = 0;
-  EXPECT_EQ(NumHelpers(task, 1, 100, options), 0u);
+  EXPECT_EQ(NumHelpers(task, planned, 1, 100, options), 0u);
 }
 
 TEST(Jobs, SeveralTasksShareAJob) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "lsmvs/test_support/temporary_folder.h"
 #include "lsmvs/util/error.h"
 #include "text_tasks.h"
@@ -57,6 +59,27 @@ TEST(RunRecord, RoundTrip) {
   EXPECT_EQ(read.publishing->files.at(1).hash, "dd");
   WriteRunRecord(folder.path() / "again.json", read);
   EXPECT_EQ(ReadText(path), ReadText(folder.path() / "again.json"));
+}
+
+// The record is taken out of the text while it is parsed: names may be missing or nested otherwise.
+TEST(RunRecord, JsonOfAnotherShapeIsRefused) {
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "run.json";
+  for (const char* text :
+       {"[]", "[{}]", "[[[[[{}]]]]]", "{}", R"({"format": 1})",
+        R"({"stages": [{"tasks": {"a": {}}}]})", R"({"files": [{}]})",
+        R"({"stages": {"a": [[[{}]]]}})", R"({"format": 1, "program": "p", "stages": {}})",
+        R"({"format": 1, "program": "p", "stages": {"s": [{}]}, "files": {}})",
+        R"({"format": 1, "program": "p", "stages": {"s": [{"tasks": {"a": {}}}]}, "files": {}})",
+        R"({"format": 1, "program": "p", "files": {},
+            "stages": {"s": [{"version": "1", "options": {}, "tasks": {"a": 1}}]}})",
+        R"({"format": 1, "program": "p", "stages": {}, "files": {"a": {}}})",
+        R"({"format": 2, "program": "p", "stages": {}, "files": {}})"}) {
+    std::ofstream(path) << text;
+    EXPECT_THROW(ReadRunRecord(path, folder.path()), InputError) << text;
+  }
+  std::ofstream(path) << R"({"format": 1, "program": "p", "stages": {}, "files": {}})";
+  EXPECT_EQ(ReadRunRecord(path, folder.path()).program, "p");
 }
 
 TEST(RunRecord, AbsentIsEmptyAndGarbageIsRefusedWithItsName) {

@@ -8,7 +8,8 @@ namespace lsmvs {
 
 namespace {
 
-constexpr int kLostAfterSeconds = 30, kProbeSeconds = 10, kNumProbes = 3;
+// What is sent may wait for an item that takes long.
+constexpr int kLostAfterSeconds = 300, kProbeSeconds = 10, kNumProbes = 3;
 
 void Set(int descriptor, int level, int option, int value) {
   ::setsockopt(descriptor, level, option, &value, sizeof value);

@@ -1,8 +1,10 @@
 #include <glog/logging.h>
 #include <poll.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
@@ -30,15 +32,43 @@ using std::chrono::milliseconds;
 
 constexpr std::chrono::seconds kLongestWait(60);
 constexpr milliseconds kLook(200);
+// For a connection to one address.
+constexpr std::chrono::seconds kConnectWait(3);
+// A process that cannot be reached so often is not there any more, or never will be.
+constexpr int kMostRefusals = 10;
 
-bool Connect(const LeaderAddress& address, asio::io_context* io, tcp::socket* socket) {
+// Whether one of this machine's addresses, of which many machines may have the same (bridges), is
+// meant by another machine.
+bool IsOtherMachine(const std::string& host, const LeaderAddress& address,
+                    const std::vector<std::string>& own) {
+  const bool is_here = address.hosts.front() == own.front();
+  return is_here || std::find(own.begin(), own.end(), host) == own.end();
+}
+
+bool ConnectTo(const std::string& host, uint16_t port, asio::io_context* io, tcp::socket* socket) {
+  error_code error;
+  tcp::resolver resolver(*io);
+  const auto places = resolver.resolve(tcp::v4(), host, std::to_string(port), error);
+  if (error) return false;
+  bool is_connected = false;
+  asio::async_connect(*socket, places, [&](error_code connecting, const tcp::endpoint&) {
+    is_connected = !connecting;
+  });
+  io->restart();
+  io->run_for(kConnectWait);
+  if (is_connected) return true;
+  socket->close(error);
+  io->run();  // the handler ends
+  return false;
+}
+
+bool Connect(const LeaderAddress& address, const RunContext& context, asio::io_context* io,
+             tcp::socket* socket) {
+  const std::vector<std::string> own = HostsOfThisMachine();
   for (const std::string& host : address.hosts) {
-    error_code error;
-    tcp::resolver resolver(*io);
-    const auto places = resolver.resolve(tcp::v4(), host, std::to_string(address.port), error);
-    if (error) continue;
-    asio::connect(*socket, places, error);
-    if (!error) return true;
+    context.ThrowIfCancelled();
+    if (IsOtherMachine(host, address, own) && ConnectTo(host, address.port, io, socket))
+      return true;
   }
   return false;
 }
@@ -48,8 +78,9 @@ class ItemThreads {
  public:
   using Reply = std::function<void(const MessageHeader& item, const std::string& bytes)>;
 
-  ItemThreads(LoopWorker* worker, int num_threads, Reply reply)
-      : worker_(*worker), reply_(std::move(reply)) {
+  // `on_error`: an item has failed.
+  ItemThreads(LoopWorker* worker, int num_threads, Reply reply, std::function<void()> on_error)
+      : worker_(*worker), reply_(std::move(reply)), on_error_(std::move(on_error)) {
     for (int i = 0; i < num_threads; ++i) threads_.emplace_back([this] { Run(); });
   }
   ~ItemThreads() {
@@ -92,8 +123,7 @@ class ItemThreads {
         reply_(item, worker_.Compute(kind_, static_cast<size_t>(item.item)));
         ++num_done_;
       } catch (...) {
-        const std::lock_guard error_lock(mutex_);
-        error_ = std::current_exception();
+        Fail(std::current_exception());
       }
       lock.lock();
       --num_at_work_;
@@ -101,8 +131,17 @@ class ItemThreads {
     }
   }
 
+  void Fail(const std::exception_ptr& error) {
+    {
+      const std::lock_guard lock(mutex_);
+      error_ = error;
+    }
+    on_error_();
+  }
+
   LoopWorker& worker_;
   const Reply reply_;
+  const std::function<void()> on_error_;
   std::atomic<int> kind_{0};
   std::atomic<size_t> num_done_{0};
   std::mutex mutex_;
@@ -121,22 +160,26 @@ class Helper {
       : socket_(std::move(socket)),
         worker_(*worker),
         context_(context),
-        threads_(worker, context.num_threads(),
-                 [this](const MessageHeader& item, const std::string& bytes) {
-                   Send({MessageKind::kResult, 0, item.loop, item.item, bytes.size()}, bytes);
-                 }) {}
+        threads_(
+            worker, context.num_threads(),
+            [this](const MessageHeader& item, const std::string& bytes) {
+              Send({MessageKind::kResult, 0, item.loop, item.item, bytes.size()}, bytes);
+            },
+            [this] { ShutDown(); }) {}
 
-  // Until the other side closes.
+  // Until the other side closes. Throws what an item has thrown.
   size_t Run(const std::string& token) {
     SetConnectionOptions(socket_.native_handle());
-    Send({MessageKind::kHello, 0, 0, static_cast<uint64_t>(context_.num_threads()), token.size()},
-         token);
+    const std::string hello = HelloText(token);
+    Send({MessageKind::kHello, 0, 0, static_cast<uint64_t>(context_.num_threads()), hello.size()},
+         hello);
     MessageHeader header;
     while (Read(&header, sizeof header)) {
       std::string bytes(header.num_bytes, '\0');
       if (!bytes.empty() && !Read(bytes.data(), bytes.size())) break;
       Take(header, std::move(bytes));
     }
+    threads_.Clear();
     return threads_.num_done();
   }
 
@@ -151,11 +194,21 @@ class Helper {
     }
   }
 
-  // False once the other side has closed, or the job is to end.
+  // The other side is to give to others what this one was to do; reading ends, too.
+  void ShutDown() {
+    error_code ignored;
+    socket_.shutdown(tcp::socket::shutdown_both, ignored);
+  }
+
+  // False once the other side has closed.
   bool Read(void* data, size_t num_bytes) {
     // Between messages there may be long waits, in which a cancel is to be noticed.
     pollfd look = {socket_.native_handle(), POLLIN, 0};
-    while (::poll(&look, 1, static_cast<int>(kLook.count())) == 0) context_.ThrowIfCancelled();
+    for (int num_ready = 0; num_ready <= 0;) {
+      context_.ThrowIfCancelled();
+      num_ready = ::poll(&look, 1, static_cast<int>(kLook.count()));
+      if (num_ready < 0 && errno != EINTR) return false;
+    }
     error_code error;
     asio::read(socket_, asio::buffer(data, num_bytes), error);
     return !error;
@@ -183,14 +236,16 @@ class Helper {
 size_t HelpLeader(const std::filesystem::path& address_file, const std::function<bool()>& is_over,
                   LoopWorker* worker, const RunContext& context) {
   const auto end = std::chrono::steady_clock::now() + kLongestWait;
-  while (std::chrono::steady_clock::now() < end && !is_over()) {
+  int num_refusals = 0;
+  while (std::chrono::steady_clock::now() < end && num_refusals < kMostRefusals && !is_over()) {
     context.ThrowIfCancelled();
     const std::optional<LeaderAddress> address = ReadLeaderAddress(address_file);
     asio::io_context io;
     tcp::socket socket(io);
-    if (address && Connect(*address, &io, &socket)) {
+    if (address && Connect(*address, context, &io, &socket)) {
       return Helper(std::move(socket), worker, context).Run(address->token);
     }
+    num_refusals += address.has_value();
     std::this_thread::sleep_for(kLook);
   }
   LOG(INFO) << "nobody needs help";

@@ -3,8 +3,8 @@
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
+#include <chrono>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -31,6 +31,8 @@ using boost::system::error_code;
 
 // Beyond those that a helper's threads work on, so that they need not wait for the network.
 constexpr size_t kItemsAhead = 1;
+// With strangers who say nothing.
+constexpr size_t kMaxLinks = 1000;
 
 std::string HashOf(const std::string& bytes) { return Hasher().Update(bytes).HexDigest(); }
 
@@ -47,13 +49,13 @@ class HelperLeader::Network {
     WriteLeaderAddress(address_file_,
                        {HostsOfThisMachine(), acceptor_.local_endpoint().port(), token_});
     Accept();
-    thread_ = std::thread([this] { io_.run(); });
+    thread_ = std::thread([this] { Serve(); });
   }
   ~Network() {
     asio::post(io_, [this] {
       error_code ignored;
       acceptor_.close(ignored);
-      for (const auto& link : std::set(links_)) link->Close();
+      CloseAll();
       io_.stop();
     });
     thread_.join();
@@ -118,6 +120,8 @@ class HelperLeader::Network {
 
     void Begin(int kind, uint64_t loop, const std::vector<LoopState>& states,
                const std::vector<std::string>& hashes) {
+      // One that has not even taken what it was sent before stays out of this loop.
+      if (!queue_.empty()) return;
       for (size_t k = 0; k < states.size(); ++k) {
         std::string& sent = sent_[states[k].key];
         if (sent == hashes[k]) continue;
@@ -137,7 +141,7 @@ class HelperLeader::Network {
     }
 
    private:
-    // Whether so many bytes are to be expected.
+    // Whether such a message is to be expected.
     bool MayFollow() const {
       if (!is_ready()) {
         return header_.kind == MessageKind::kHello && header_.num_bytes <= kMaxHelloBytes;
@@ -145,18 +149,24 @@ class HelperLeader::Network {
       return header_.kind == MessageKind::kResult;
     }
 
+    // The message's bytes, from those on that are there.
     void ReadBytes() {
-      bytes_.resize(header_.num_bytes);
-      asio::async_read(socket_, asio::buffer(bytes_),
+      piece_in_.resize(std::min(kMaxPieceBytes, header_.num_bytes - bytes_.size()));
+      asio::async_read(socket_, asio::buffer(piece_in_),
                        [self = shared_from_this()](error_code error, size_t) {
-                         if (error || !self->Take()) return self->Close();
+                         if (error) return self->Close();
+                         self->bytes_ += self->piece_in_;
+                         if (self->bytes_.size() < self->header_.num_bytes)
+                           return self->ReadBytes();
+                         if (!self->Take()) return self->Close();
+                         self->bytes_.clear();
                          self->Read();
                        });
     }
 
     bool Take() {
       if (header_.kind == MessageKind::kHello) {
-        if (bytes_ != network_.token_ || header_.item == 0) return false;
+        if (bytes_ != HelloText(network_.token_) || header_.item == 0) return false;
         num_threads_ = static_cast<size_t>(header_.item);
         ++network_.num_ready_;
         return true;
@@ -183,36 +193,76 @@ class HelperLeader::Network {
       if (queue_.size() == 1) Write();
     }
 
+    // The next piece of the first message.
     void Write() {
       const Message& message = queue_.front();
-      std::array<asio::const_buffer, 2> buffers = {
-          asio::buffer(&message.header, sizeof message.header),
-          message.bytes ? asio::buffer(*message.bytes) : asio::const_buffer()};
-      asio::async_write(socket_, buffers, [self = shared_from_this()](error_code error, size_t) {
-        if (error) return self->Close();
-        self->queue_.pop_front();
-        if (!self->queue_.empty()) self->Write();
-      });
+      piece_out_.clear();
+      if (num_sent_ == 0) {
+        piece_out_.assign(reinterpret_cast<const char*>(&message.header), sizeof message.header);
+      }
+      const size_t begin = num_sent_ == 0 ? 0 : num_sent_ - sizeof message.header;
+      if (message.bytes) piece_out_.append(*message.bytes, begin, kMaxPieceBytes);
+      asio::async_write(socket_, asio::buffer(piece_out_),
+                        [self = shared_from_this()](error_code error, size_t num_bytes) {
+                          if (error) return self->Close();
+                          self->OnWritten(num_bytes);
+                        });
+    }
+
+    void OnWritten(size_t num_bytes) {
+      num_sent_ += num_bytes;
+      const MessageHeader& header = queue_.front().header;
+      if (num_sent_ == sizeof header + header.num_bytes) {
+        queue_.pop_front();
+        num_sent_ = 0;
+      }
+      if (!queue_.empty()) Write();
     }
 
     Network& network_;
     tcp::socket socket_;
     const int number_;
     MessageHeader header_;
-    std::string bytes_;
+    std::string bytes_, piece_in_, piece_out_;
+    size_t num_sent_ = 0;              // of the first message in the queue
     std::deque<Message> queue_;        // to be sent; the first is being sent
     std::map<int, std::string> sent_;  // hashes of states, by key
     size_t num_threads_ = 0, num_at_work_ = 0;
     uint64_t loop_ = 0;
   };
 
+  // What goes wrong with the connections ends these, and not the task.
+  void Serve() {
+    while (true) {
+      try {
+        io_.run();
+        return;
+      } catch (const std::exception& error) {
+        LOG(WARNING) << "helpers are let go: " << error.what();
+        CloseAll();
+      }
+    }
+  }
+
+  void CloseAll() {
+    for (const auto& link : std::set(links_)) link->Close();
+  }
+
   void Accept() {
     acceptor_.async_accept([this](error_code error, tcp::socket socket) {
-      if (error) return;
+      if (error == asio::error::operation_aborted) return;
+      if (error || links_.size() >= kMaxLinks) return AcceptLater();
       const auto link = std::make_shared<Link>(this, std::move(socket), ++num_links_);
       links_.insert(link);
       link->Read();
       Accept();
+    });
+  }
+
+  void AcceptLater() {
+    timer_.expires_after(std::chrono::seconds(1));
+    timer_.async_wait([this](error_code error) {
+      if (!error) Accept();
     });
   }
 
@@ -231,14 +281,15 @@ class HelperLeader::Network {
 
   std::optional<size_t> NextItem(int helper, uint64_t loop) {
     const std::lock_guard lock(mutex_);
-    if (present_.number != loop) return std::nullopt;
+    if (present_.items == nullptr || present_.number != loop) return std::nullopt;
     return present_.items->TakeForHelper(helper);
   }
 
   void Deliver(const MessageHeader& header, const std::string& bytes) {
     const std::lock_guard lock(mutex_);
-    if (present_.number != header.loop || header.item >= present_.loop->count) return;
-    if (!present_.items->Finish(static_cast<size_t>(header.item))) return;
+    if (present_.loop == nullptr || present_.number != header.loop) return;
+    if (header.item >= present_.loop->count) return;
+    if (!present_.items->Finish(static_cast<size_t>(header.item), true)) return;
     try {
       present_.loop->keep(static_cast<size_t>(header.item), bytes);
     } catch (...) {
@@ -258,7 +309,7 @@ class HelperLeader::Network {
   static void Work(const SharedLoop& loop, LoopItems* items, const RunContext& context) {
     try {
       while (const auto item = items->TakeHere([&] { context.ThrowIfCancelled(); })) {
-        loop.compute(*item, [&, item] { return items->Finish(*item); });
+        loop.compute(*item, [&, item] { return items->Finish(*item, false); });
       }
     } catch (...) {
       items->Stop(std::current_exception());
@@ -269,6 +320,7 @@ class HelperLeader::Network {
   const std::string token_;
   asio::io_context io_;
   tcp::acceptor acceptor_;
+  asio::steady_timer timer_{io_};
   std::set<std::shared_ptr<Link>> links_;
   int num_links_ = 0;
   uint64_t num_loops_ = 0;  // of the caller
@@ -281,7 +333,7 @@ class HelperLeader::Network {
 HelperLeader::HelperLeader(std::filesystem::path address_file) {
   try {
     network_ = std::make_unique<Network>(std::move(address_file));
-  } catch (const boost::system::system_error& error) {
+  } catch (const std::exception& error) {
     LOG(WARNING) << "no other machine can help: " << error.what();
   }
 }

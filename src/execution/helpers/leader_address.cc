@@ -16,6 +16,7 @@
 
 #include "lsmvs/util/atomic_file.h"
 #include "lsmvs/util/error.h"
+#include "lsmvs/util/hash.h"
 #include "lsmvs/util/host_name.h"
 
 namespace lsmvs {
@@ -44,6 +45,11 @@ std::string MakeToken() {
   std::string token;
   for (int i = 0; i < 4; ++i) token += fmt::format("{:08x}", random());
   return token;
+}
+
+std::string HelloText(const std::string& token) {
+  static const std::string program = HashFile("/proc/self/exe");
+  return token + " " + program;
 }
 
 void WriteLeaderAddress(const fs::path& path, const LeaderAddress& address) {

@@ -19,6 +19,9 @@ struct LeaderAddress {
 std::vector<std::string> HostsOfThisMachine();
 // 32 random hexadecimal digits.
 std::string MakeToken();
+// With which a helper shows that it may help: it knows the token, and is the same program, to the
+// byte.
+std::string HelloText(const std::string& token);
 // Readable for the user alone.
 void WriteLeaderAddress(const std::filesystem::path& path, const LeaderAddress& address);
 // Nothing if it is not there (yet). Lists the folder, so that file systems that cache names show

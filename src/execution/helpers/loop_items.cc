@@ -36,14 +36,14 @@ void LoopItems::GiveBack(int helper) {
   changed_.notify_all();
 }
 
-bool LoopItems::Finish(size_t i) {
+bool LoopItems::Finish(size_t i, bool by_helper) {
   {
     const std::lock_guard lock(mutex_);
     Item& item = items_.at(i);
     if (item.is_done) return false;
     item.is_done = true;
     ++num_done_;
-    num_by_helpers_ += item.owner > kHere;
+    num_by_helpers_ += by_helper;
     longest_ = std::max<std::chrono::duration<double>>(longest_, Clock::now() - item.since);
     given_back_.erase(i);
   }

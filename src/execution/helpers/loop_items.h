@@ -39,7 +39,7 @@ class LoopItems {
     }
   }
   // False if somebody else has finished it before.
-  bool Finish(size_t item);
+  bool Finish(size_t item, bool by_helper);
   // Ends the loop at once; the first error is kept.
   void Stop(std::exception_ptr error);
   std::exception_ptr error() const;

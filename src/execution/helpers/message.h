@@ -10,7 +10,7 @@ namespace lsmvs {
 // Both are the same program on machines of the same kind, so that numbers are sent as they lie in
 // memory.
 enum class MessageKind : uint32_t {
-  kHello = 1,  // helper: the token of the run, to show that it may help; `item`: its threads
+  kHello = 1,  // helper: HelloText() of the run's token; `item`: its threads
   kState,      // `key`, the state's bytes
   kBegin,      // a loop of kind `key`, number `loop`: its states are set
   kItem,       // an item of it is to be computed
@@ -35,5 +35,9 @@ struct Message {
 
 // A hello is no longer than that; nobody is made to reserve memory by strangers.
 inline constexpr uint64_t kMaxHelloBytes = 256;
+
+// What messages are sent and received in pieces of: a large block of memory may lie in a file
+// (ScratchMemory), which the system must not be told to read or write.
+inline constexpr uint64_t kMaxPieceBytes = uint64_t{1} << 20;
 
 }  // namespace lsmvs

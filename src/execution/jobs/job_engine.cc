@@ -66,7 +66,7 @@ class StageDriver {
   void EndJobs(bool keep) {
     if (keep) return;
     for (const LiveBatch& batch : jobs_.batches) {
-      if (batch.NumOpen() == 0) continue;
+      if (batch.NumOpen() == 0 && batch.order.num_helpers == 0) continue;
       jobs_.system.Cancel(batch.handle);
       MarkAbandoned(batch.folder);
     }
@@ -135,8 +135,9 @@ class JobEngine : public Engine {
       division.jobs_at_once = std::max(division.jobs_at_once, std::min(num_jobs, at_once));
     }
     if (division.num_jobs == 1 && to_run.size() == 1) {
+      const size_t i = to_run.front();
       division.num_helpers =
-          NumHelpers(tasks[to_run.front()], division.num_threads, at_once, options_);
+          NumHelpers(tasks[i], plan.tasks[i], division.num_threads, at_once, options_);
     }
     division.job_seconds = stage.cost.cpu_seconds / division.num_threads /
                            static_cast<double>(std::max<size_t>(1, division.num_jobs));

@@ -31,8 +31,9 @@ size_t ProgramMemoryBytes(size_t job_bytes) {
   return static_cast<size_t>(kProgramShare * static_cast<double>(job_bytes));
 }
 
-size_t NumHelpers(const Task& task, int num_threads, size_t jobs_at_once,
-                  const EngineOptions& options) {
+size_t NumHelpers(const Task& task, const PlannedTask& planned, int num_threads,
+                  size_t jobs_at_once, const EngineOptions& options) {
+  if (planned.resident_bytes > 0) return 0;
   // Of each helper, so much work that its start does not count.
   const double least_seconds = std::min(kLeastShortest, 60 * options.job_minutes);
   const double seconds = task.cost.cpu_seconds / num_threads;

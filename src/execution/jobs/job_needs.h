@@ -21,9 +21,10 @@ struct TaskHistory {
 size_t JobMemoryBytes(const Task& task, const PlannedTask& planned, size_t process_bytes,
                       double factor, const std::optional<JobLimits>& limits);
 // Jobs that help a task which is a job of its own, where so many can run at once: none where the
-// task would be over before they have begun.
-size_t NumHelpers(const Task& task, int num_threads, size_t jobs_at_once,
-                  const EngineOptions& options);
+// task would be over before they have begun, or works with a scratch file: they would have to hold
+// all of its mesh in memory.
+size_t NumHelpers(const Task& task, const PlannedTask& planned, int num_threads,
+                  size_t jobs_at_once, const EngineOptions& options);
 // Limit of time of a job [s]: four times what the plan says, times the factor, and ten minutes.
 double JobTimeLimit(double planned_cpu_seconds, int num_threads, double factor);
 // Lengths of the jobs of a stage whose tasks take so much CPU time in all: at most as long as the

@@ -190,8 +190,9 @@ void JobSubmission::SubmitBatch(const std::vector<std::vector<size_t>>& slices,
   order.num_threads = jobs_.num_threads;
   for (const auto& slice : slices) AddSlice(slice, history, &batch);
   if (slices.size() == 1 && slices.front().size() == 1) {
-    order.num_helpers = NumHelpers(jobs_.work.tasks()[slices.front().front()], order.num_threads,
-                                   jobs_.JobsAtOnce(), jobs_.options);
+    const size_t i = slices.front().front();
+    order.num_helpers = NumHelpers(jobs_.work.tasks()[i], jobs_.work.plan().tasks[i],
+                                   order.num_threads, jobs_.JobsAtOnce(), jobs_.options);
   }
   batch.folder = MakeBatchFolder(jobs_.root, order);
   batch.handle = jobs_.system.Submit(batch.ToJobBatch(jobs_.command.program, jobs_.root));

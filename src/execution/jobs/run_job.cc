@@ -188,6 +188,7 @@ void RunHelper(const fs::path& root, const fs::path& batch_folder, const JobOrde
   if (task == tasks.end() || !task->make_worker) return;
   const fs::path folder = SliceFolder(batch_folder, 0);
   const auto is_over = [&] { return !fs::exists(folder) || fs::exists(OutcomePath(folder, 0)); };
+  if (is_over()) return;
   const std::unique_ptr<LoopWorker> worker = task->make_worker(context);
   HelpLeader(LeaderPath(folder), is_over, worker.get(), context);
 }

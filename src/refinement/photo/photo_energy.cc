@@ -72,11 +72,13 @@ PhotoTerms EvaluatePhotoTerms(const ImageStore& images, const std::vector<PosedC
   loop.states = [&] { return PhotoTermsStates(mesh, directions, pairs, active, options.level); };
   loop.compute = [&](size_t item, const std::function<bool()>& is_first) {
     ViewContribution view = evaluation.Evaluate(item);
-    if (is_first()) merge.Add(item, std::move(view));
+    if (!is_first()) return;
+    evaluation.End(item);
+    merge.Add(item, std::move(view));
   };
   loop.keep = [&](size_t item, std::string_view bytes) {
-    evaluation.Skip(item);
-    merge.Add(item, DecodeContribution(bytes));
+    evaluation.End(item);
+    merge.Add(item, DecodeContribution(bytes, mesh.faces.size()));
   };
   RunSharedLoop(loop, context);
   return terms;

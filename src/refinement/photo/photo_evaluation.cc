@@ -427,11 +427,10 @@ class PhotoEvaluation::Impl {
     std::unique_ptr<ViewEvaluator> evaluator = pool_.Take();
     ViewContribution result = evaluator->Evaluate(order_[item]);
     pool_.Return(std::move(evaluator));
-    Skip(item);
     return result;
   }
 
-  void Skip(size_t item) {
+  void End(size_t item) {
     const int view_idx = order_[item];
     const auto first = std::lower_bound(pairs_.pairs.begin(), pairs_.pairs.end(), view_idx,
                                         [](const ViewPair& p, int v) { return p.i < v; });
@@ -459,6 +458,6 @@ PhotoEvaluation::PhotoEvaluation(const ImageStore& images, const std::vector<Pos
 PhotoEvaluation::~PhotoEvaluation() = default;
 size_t PhotoEvaluation::num_items() const { return impl_->num_items(); }
 ViewContribution PhotoEvaluation::Evaluate(size_t item) { return impl_->Evaluate(item); }
-void PhotoEvaluation::Skip(size_t item) { impl_->Skip(item); }
+void PhotoEvaluation::End(size_t item) { impl_->End(item); }
 
 }  // namespace lsmvs

@@ -39,8 +39,9 @@ class PhotoEvaluation {
   // In an order in which views that share depth maps come close to each other.
   size_t num_items() const;
   ViewContribution Evaluate(size_t item);
-  // Another process evaluates it: its depth maps are not waited with.
-  void Skip(size_t item);
+  // The item is done, here or elsewhere, and not evaluated again: once for each. Depth maps that no
+  // other item needs are dropped.
+  void End(size_t item);
 
  private:
   class Impl;

@@ -1,6 +1,9 @@
 #include "lsmvs/refinement/sharing/loop_states.h"
 
+#include <algorithm>
+
 #include "lsmvs/util/byte_string.h"
+#include "lsmvs/util/error.h"
 
 namespace lsmvs {
 
@@ -36,11 +39,17 @@ std::string EncodeContribution(const ViewContribution& view) {
   return ByteWriter().PutAll(view.faces).PutAll(view.sums).Take();
 }
 
-ViewContribution DecodeContribution(std::string_view bytes) {
+ViewContribution DecodeContribution(std::string_view bytes, size_t num_faces) {
   ByteReader reader(bytes);
   ViewContribution view;
   view.faces = reader.GetAll<int32_t>();
   view.sums = reader.GetAll<FaceSums>();
+  const bool fits = view.sums.size() == view.faces.size() &&
+                    std::all_of(view.faces.begin(), view.faces.end(), [num_faces](int32_t face) {
+                      return face >= 0 && static_cast<size_t>(face) < num_faces;
+                    });
+  if (!fits)
+    throw Error(ExitCode::kInternal, "a helper tells of faces that the mesh does not have");
   return view;
 }
 

@@ -34,7 +34,8 @@ std::vector<LoopState> PhotoTermsStates(const TriangleMesh& mesh,
                                         const FacePairs& pairs, const std::vector<uint8_t>& active,
                                         int level);
 std::string EncodeContribution(const ViewContribution& view);
-ViewContribution DecodeContribution(std::string_view bytes);
+// Throws Error(kInternal) if it is about other faces than the mesh has.
+ViewContribution DecodeContribution(std::string_view bytes, size_t num_faces);
 
 // What a PairSelection is made with, but for the mesh and the pairs that come last.
 struct SelectionState {

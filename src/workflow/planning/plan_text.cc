@@ -64,8 +64,8 @@ std::string JobLine(const PlannedStage& stage, const PlanHeader& header) {
                                         division.num_threads == 1 ? "thread" : "threads",
                                         FormatBytes(division.memory_bytes));
   if (division.num_helpers > 0) {
-    return fmt::format("  {:<20} a single job, with {} that help it: {} each\n", "",
-                       division.num_helpers, needs);
+    return fmt::format("  {:<20} a single job, with {} {}: {} each\n", "", division.num_helpers,
+                       division.num_helpers == 1 ? "helper" : "helpers", needs);
   }
   if (division.num_jobs == 1) {
     return fmt::format("  {:<20} a single job, not divided ({}): {}\n", "",
