@@ -171,6 +171,18 @@ TEST(HelperLeader, HelpersTakeTheirShareOfEveryLoop) {
   EXPECT_EQ(second.num_states, 6);
 }
 
+// Sent and received in pieces.
+TEST(HelperLeader, LongStatesAndResultsArriveWhole) {
+  std::string factor;
+  for (size_t i = 0; factor.size() < 3'500'000; ++i) factor += std::to_string(i) + " ";
+  Team team;
+  TestWorker worker;
+  team.Add(&worker, 2);
+  const LoopRun run = RunLoop(team.leader(), factor, 7, 12, 20);
+  EXPECT_TRUE(run.results == Expected(factor, 7, 12));
+  EXPECT_GT(run.num_kept, 0u);
+}
+
 TEST(HelperLeader, AHelperThatIsLostInTheMiddleOfALoopIsReplaced) {
   Team team;
   std::atomic<bool> cancel{false};

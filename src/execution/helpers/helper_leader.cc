@@ -120,8 +120,12 @@ class HelperLeader::Network {
 
     void Begin(int kind, uint64_t loop, const std::vector<LoopState>& states,
                const std::vector<std::string>& hashes) {
-      // One that has not even taken what it was sent before stays out of this loop.
-      if (!queue_.empty()) return;
+      // One that has not even taken the states of an earlier loop stays out of this one.
+      if (std::any_of(queue_.begin(), queue_.end(), [](const Message& message) {
+            return message.header.kind == MessageKind::kState;
+          })) {
+        return;
+      }
       for (size_t k = 0; k < states.size(); ++k) {
         std::string& sent = sent_[states[k].key];
         if (sent == hashes[k]) continue;

@@ -65,8 +65,7 @@ class ViewEvaluator {
                                         [](const ViewPair& p, int v) { return p.i < v; });
     first_pair_ = static_cast<int>(first - pairs_.pairs.begin());
     num_slots_ = 0;
-    while (first_pair_ + num_slots_ < static_cast<int>(pairs_.pairs.size()) &&
-           pairs_.pairs[static_cast<size_t>(first_pair_ + num_slots_)].i == view_idx_) {
+    for (auto pair = first; pair != pairs_.pairs.end() && pair->i == view_idx_; ++pair) {
       ++num_slots_;
     }
   }
@@ -79,7 +78,7 @@ class ViewEvaluator {
     neighbors_.clear();
   }
 
-  int OtherView(int slot) const { return pairs_.pairs[static_cast<size_t>(first_pair_ + slot)].j; }
+  int OtherView(int slot) const { return (pairs_.pairs.begin() + first_pair_ + slot)->j; }
 
   ViewContribution EvaluateSlots() {
     maps_ = cache_.Draw(view_idx_);
