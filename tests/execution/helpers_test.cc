@@ -235,7 +235,7 @@ TEST(HelperLeader, WhoComesLaterHelpsFromTheNextLoopOn) {
 
 TEST(HelperLeader, ThrowsWhatAnItemThrows) {
   Team team;
-  TestWorker worker;
+  TestWorker worker([](size_t) { Sleep(10); });  // leaves some to this process
   team.Add(&worker);
   SharedLoop loop;
   loop.count = 10;
