@@ -12,7 +12,7 @@ build_packages=(
   libtbb-dev         # threads
   libopencv-dev      # image codecs and resampling
   libcgal-dev        # Delaunay tetrahedralisation, exact predicates
-  libboost-dev       # CGAL's headers include it
+  libboost-dev       # Asio; headers that CGAL includes
   libceres-dev       # robust least squares
   libgoogle-glog-dev # the log
   libsqlite3-dev     # COLMAP's database
