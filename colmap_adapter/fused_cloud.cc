@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <limits>
 
 #include <algorithm>
@@ -196,12 +195,22 @@ FusedCloudSize ReadFusedCloudSize(const fs::path& ply_path) {
   return {num_points, num_numbers - std::min(num_numbers, num_points)};
 }
 
+namespace {
+
+// Reads the number of points that a visibility file begins with. Throws InputError if it is
+// another.
+void ExpectPoints(uint64_t num_points, internal::BinaryReader* visibility) {
+  const auto count = visibility->ReadCount<uint64_t>(sizeof(uint32_t), "points");
+  if (count != num_points) visibility->Fail("is for another number of points");
+}
+
+}  // namespace
+
 void VisitFusedCloud(const fs::path& ply_path, const Eigen::Vector3d& world_offset,
                      const FusedPointVisitor& visit) {
   PointReader reader(ply_path, world_offset);
   internal::BinaryReader visibility(VisibilityPathOf(ply_path), kCloudRemedy);
-  const uint64_t num_points = visibility.ReadCount<uint64_t>(sizeof(uint32_t), "points");
-  if (num_points != reader.num_points()) visibility.Fail("is for another number of points");
+  ExpectPoints(reader.num_points(), &visibility);
   std::vector<uint32_t> views;
   reader.Visit([&](const Eigen::Vector3f& position, const Eigen::Vector3f& normal) {
     views.resize(visibility.ReadCount<uint32_t>(sizeof(uint32_t), "images of a point"));
@@ -332,17 +341,14 @@ void FusedCloudWriter::Add(const VisibilityCloud& part) {
 void FusedCloudWriter::AddFile(const fs::path& ply_path) {
   const FusedCloudSize size = ReadFusedCloudSize(ply_path);
   const size_t header_bytes = PlyHeader(size.num_points, NeedsDoubles(scene_), true).size();
-  const fs::path vis_path = DenseWorkspace::VisibilityPath(ply_path);
-  uint64_t num_points_of_vis = 0;
-  std::ifstream(vis_path, std::ios::binary)
-      .read(reinterpret_cast<char*>(&num_points_of_vis), sizeof num_points_of_vis);
-  if (fs::file_size(ply_path) != header_bytes + size.num_points * BytesPerPoint(scene_) ||
-      num_points_of_vis != size.num_points) {
+  internal::BinaryReader visibility(VisibilityPathOf(ply_path), kCloudRemedy);
+  ExpectPoints(size.num_points, &visibility);
+  if (fs::file_size(ply_path) != header_bytes + size.num_points * BytesPerPoint(scene_)) {
     throw InputError(ply_path.string(), "is cut off, or was not made by this program",
                      "remove it and run again");
   }
   ply_.WriteContentOf(ply_path, header_bytes);
-  vis_.WriteContentOf(vis_path, sizeof(uint64_t));
+  vis_.WriteContentOf(DenseWorkspace::VisibilityPath(ply_path), sizeof(uint64_t));
   size_.num_points += size.num_points;
   size_.num_view_entries += size.num_view_entries;
 }

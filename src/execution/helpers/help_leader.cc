@@ -176,7 +176,7 @@ class Helper {
     MessageHeader header;
     while (Read(&header, sizeof header)) {
       std::string bytes(header.num_bytes, '\0');
-      if (!bytes.empty() && !Read(bytes.data(), bytes.size())) break;
+      if (!Read(bytes.data(), bytes.size())) break;
       Take(header, std::move(bytes));
     }
     threads_.Clear();
@@ -202,6 +202,7 @@ class Helper {
 
   // False once the other side has closed.
   bool Read(void* data, size_t num_bytes) {
+    if (num_bytes == 0) return true;
     // Between messages there may be long waits, in which a cancel is to be noticed.
     pollfd look = {socket_.native_handle(), POLLIN, 0};
     for (int num_ready = 0; num_ready <= 0;) {

@@ -62,11 +62,11 @@ class ProgressFile : public ProgressSink {
 
 class JobRunner {
  public:
-  JobRunner(const fs::path& root, const fs::path& batch_folder, size_t slice,
+  JobRunner(const fs::path& root, const fs::path& batch_folder, JobOrder order, size_t slice,
             const std::vector<Task>& tasks, const RunContext& context)
       : root_(root),
         slice_folder_(SliceFolder(batch_folder, slice)),
-        order_(ReadJobOrder(batch_folder)),
+        order_(std::move(order)),
         files_(root),
         node_(HostName()),
         context_(context) {
@@ -198,11 +198,11 @@ void RunHelper(const fs::path& root, const fs::path& batch_folder, const JobOrde
 void RunJob(const fs::path& root, const JobNumber& job, const std::vector<Task>& tasks,
             const RunContext& context) {
   const fs::path batch_folder = JobsFolder(root) / job.batch;
-  const JobOrder order = ReadJobOrder(batch_folder);
+  JobOrder order = ReadJobOrder(batch_folder);
   const bool helps =
       job.slice >= order.slices.size() && job.slice < order.slices.size() + order.num_helpers;
   if (helps) return RunHelper(root, batch_folder, order, tasks, context);
-  JobRunner(root, batch_folder, job.slice, tasks, context).Run();
+  JobRunner(root, batch_folder, std::move(order), job.slice, tasks, context).Run();
 }
 
 }  // namespace lsmvs

@@ -35,22 +35,14 @@ std::optional<size_t> ElementCount(const std::filesystem::path& path, const std:
   }
 }
 
-// Views that a depth map is compared with when it is fused: those that the view chose, and those
-// that chose it; in the mean.
-double MeanNumCompared(const std::vector<std::vector<Neighbor>>& neighbors) {
-  const auto has_chosen = [&](size_t a, int b) {
-    return std::any_of(neighbors[a].begin(), neighbors[a].end(),
-                       [b](const Neighbor& neighbor) { return neighbor.view_idx == b; });
-  };
-  size_t num_pairs = 0;
-  for (size_t a = 0; a < neighbors.size(); ++a) {
-    for (const Neighbor& neighbor : neighbors[a]) {
-      const auto b = static_cast<size_t>(neighbor.view_idx);
-      num_pairs += a < b || !has_chosen(b, static_cast<int>(a));
-    }
+// Views that a depth map is compared with when it is fused, in the mean.
+double MeanNumCompared(const Reconstruction& reconstruction) {
+  double sum = 0;
+  for (const std::vector<int>& views : FusionNeighbors(
+           reconstruction.scene, reconstruction.neighbors, reconstruction.options.fusion)) {
+    sum += static_cast<double>(views.size());
   }
-  const auto num_views = static_cast<double>(std::max<size_t>(1, neighbors.size()));
-  return 2 * static_cast<double>(num_pairs) / num_views;
+  return sum / std::max(1, reconstruction.scene.num_views());
 }
 
 size_t ExpectedVertices(const Reconstruction& reconstruction, size_t num_points,
@@ -78,9 +70,7 @@ PointSpacing ExpectedSpacing(const std::filesystem::path& cloud) {
 
 double ExpectedViewsPerPoint(const Reconstruction& reconstruction) {
   const double by_tracks = kViewsPerTrackView * MeanTrackLength(reconstruction.scene);
-  const double num_compared = std::min<double>(MeanNumCompared(reconstruction.neighbors),
-                                               reconstruction.options.fusion.check_num_images);
-  return std::min(by_tracks, 1 + num_compared);
+  return std::min(by_tracks, 1 + MeanNumCompared(reconstruction));
 }
 
 size_t ExpectedFaces(const Reconstruction& reconstruction, const std::filesystem::path& mesh) {

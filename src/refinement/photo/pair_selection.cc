@@ -272,6 +272,11 @@ class Selector {
 
 }  // namespace
 
+std::span<const ViewPair> PairsOfView(std::span<const ViewPair> pairs, int i) {
+  const auto [first, end] = std::ranges::equal_range(pairs, i, {}, &ViewPair::i);
+  return {first, end};
+}
+
 class PairSelection::Impl {
  public:
   Impl(const std::vector<PosedCamera>& views, const std::vector<ViewPair>& candidates,

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "lsmvs/mesh/triangle_mesh.h"
@@ -17,6 +18,9 @@ namespace lsmvs {
 struct ViewPair {
   int i = -1, j = -1;
 };
+
+// Of pairs that are sorted by i: those of view i.
+std::span<const ViewPair> PairsOfView(std::span<const ViewPair> pairs, int i);
 
 struct PairSelectionOptions {
   int max_pairs_per_face = 6;

@@ -61,13 +61,9 @@ class ViewEvaluator {
 
  private:
   void FindSlots() {
-    const auto first = std::lower_bound(pairs_.pairs.begin(), pairs_.pairs.end(), view_idx_,
-                                        [](const ViewPair& p, int v) { return p.i < v; });
-    first_pair_ = static_cast<int>(first - pairs_.pairs.begin());
-    num_slots_ = 0;
-    for (auto pair = first; pair != pairs_.pairs.end() && pair->i == view_idx_; ++pair) {
-      ++num_slots_;
-    }
+    const std::span<const ViewPair> pairs = PairsOfView(pairs_.pairs, view_idx_);
+    first_pair_ = static_cast<int>(pairs.data() - pairs_.pairs.data());
+    num_slots_ = static_cast<int>(pairs.size());
   }
 
   // Of maps and photos.
@@ -431,11 +427,7 @@ class PhotoEvaluation::Impl {
 
   void End(size_t item) {
     const int view_idx = order_[item];
-    const auto first = std::lower_bound(pairs_.pairs.begin(), pairs_.pairs.end(), view_idx,
-                                        [](const ViewPair& p, int v) { return p.i < v; });
-    for (auto pair = first; pair != pairs_.pairs.end() && pair->i == view_idx; ++pair) {
-      cache_.EndUse(pair->j);
-    }
+    for (const ViewPair& pair : PairsOfView(pairs_.pairs, view_idx)) cache_.EndUse(pair.j);
     cache_.EndUse(view_idx);
   }
 
