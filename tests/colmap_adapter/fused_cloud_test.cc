@@ -372,5 +372,13 @@ TEST_F(JoinedFiles, ThatAreCutOffAreRefused) {
   EXPECT_THROW(WriteJoined(parts), InputError);
 }
 
+TEST_F(JoinedFiles, WhoseVisibilityIsForOtherPointsAreRefused) {
+  const auto parts = WriteParts();
+  std::filesystem::copy_file(DenseWorkspace::VisibilityPath(parts.front()),
+                             DenseWorkspace::VisibilityPath(parts.back()),
+                             std::filesystem::copy_options::overwrite_existing);
+  EXPECT_THROW(WriteJoined(parts), InputError);
+}
+
 }  // namespace
 }  // namespace lsmvs

@@ -273,8 +273,12 @@ class Selector {
 }  // namespace
 
 std::span<const ViewPair> PairsOfView(std::span<const ViewPair> pairs, int i) {
-  const auto [first, end] = std::ranges::equal_range(pairs, i, {}, &ViewPair::i);
-  return {first, end};
+  const auto first = std::lower_bound(pairs.begin(), pairs.end(), i,
+                                      [](const ViewPair& pair, int v) { return pair.i < v; });
+  const auto end =
+      std::find_if(first, pairs.end(), [i](const ViewPair& pair) { return pair.i != i; });
+  return pairs.subspan(static_cast<size_t>(first - pairs.begin()),
+                       static_cast<size_t>(end - first));
 }
 
 class PairSelection::Impl {
